@@ -40,11 +40,14 @@ printf 'd_mm,z_m,F_N\n60,0.01,5\n60,0.01,7\n100,0.02,9\n' >measured.csv
 
 case $case in
     results)
+        mkdir out
+        touch out/series_007.csv out/mine.csv # of a longer sweep, and of somebody else
         expect_exit 0 "$bsoil" plate plate.toml --out out --series
         expect_text 'PASS force_n: expected at least -0.1 at most 0.1'
         expect_text 'point 1 radius_m=0.05' # progress, as lines
         head -n 1 out/results.csv | grep -qx \
             'point,radius_m,sinkage_m,force_n,pressure_pa,force_n_measured,force_n_error' || fail 'headings of results.csv'
+        [[ ! -e out/series_007.csv && -e out/mine.csv ]] || fail "leftovers: $(ls out)"
         (($(wc -l <out/results.csv) == 5)) || fail 'results.csv has not four rows'
         grep -q '^0,0.03,0.01,.*,6,-1' out/results.csv || fail 'no measured mean of 6 N'
         head -n 1 out/series_001.csv | grep -qx 'time_s,sinkage_m,force_n,pressure_pa' || fail 'headings of the series'

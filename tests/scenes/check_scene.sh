@@ -256,7 +256,7 @@ cli_frames() {
     done
 }
 
-# A film is of the run's own frames, by the scene's time: not of those that a longer run has left in the folder.
+# A film is of the run's own frames, by the scene's time. Those that a longer run has left in the folder go.
 cli_film() {
     has_gl || skip 'no OpenGL'
     write_scene
@@ -271,6 +271,7 @@ cli_film() {
     # Frames go on where the snapshot is; at step 4 that of 2/30 s is due. 8 steps more reach 6/30 s.
     expect 0 run scene.toml --out rest --backend cpu --from out/final.snapshot --video
     grep -q -- '-start_number 2 .* -frames:v 5 ' ffmpeg.log || fail "film: $(cat ffmpeg.log)"
+    [[ ! -e out/frames/00003.png ]] || fail 'a frame of a longer run is left'
     [[ $(cd rest/frames && echo *) == '00002.png 00003.png 00004.png 00005.png 00006.png' ]] ||
         fail "frames: $(ls rest/frames)"
     # Steps of 1/20 s: each is a frame and a half.
@@ -340,6 +341,27 @@ cli_no_ffmpeg() {
     local file
     for file in summary.json telemetry.csv final.snapshot contact_sheet.png frames/00000.png; do
         [[ -s out/$file ]] || fail "no $file"
+    done
+}
+
+# All files of a run's names are of this run; what others have put into its folder stays.
+cli_older_run() {
+    local file older=(profiles.csv contact_sheet.png video.mp4 step_000120.snapshot frames/00007.png)
+    local others=(notes.txt step_1.snapshot profiles.csv.bak frames/mine.png final.snapshot.d/summary.json)
+    write_scene
+    mkdir -p out/frames out/final.snapshot.d
+    for file in "${older[@]}" "${others[@]}"; do touch "out/$file"; done
+    expect 0 run scene.toml --out out --backend cpu --no-pictures --steps 4
+    for file in "${older[@]}"; do [[ ! -e out/$file ]] || fail "$file is of an older run"; done
+    for file in "${others[@]}" summary.json telemetry.csv final.snapshot; do
+        [[ -e out/$file ]] || fail "$file is gone"
+    done
+    # A run that goes on keeps the frames and snapshots of what lies behind it.
+    touch out/profiles.csv out/step_000002.snapshot out/frames/00000.png
+    expect 0 run scene.toml --out out --backend cpu --no-pictures --from out/final.snapshot
+    [[ ! -e out/profiles.csv ]] || fail 'profiles.csv is of an older run'
+    for file in step_000002.snapshot frames/00000.png final.snapshot; do
+        [[ -e out/$file ]] || fail "$file is gone"
     done
 }
 

@@ -16,6 +16,7 @@
 #include "experiment/page_tables.h"
 #include "experiment/plot.h"
 #include "experiment/sweep_run.h"
+#include "files/own_files.h"
 #include "files/text_file.h"
 
 namespace bsoil::command {
@@ -74,6 +75,14 @@ void print_table(const experiment::CsvTable& table) {
     for (const auto& row : table.rows) print(row);
 }
 
+/// Takes away what an earlier sweep has left in the folder, which may have had more points.
+Status remove_older_results(const std::string& folder) {
+    return scene::remove_own_files(folder, [](std::string_view name) {
+        return name == "results.csv" || name == "results.gnuplot" || name == "results.svg" ||
+               name == "results.png" || scene::is_numbered(name, "series_", 3, ".csv");
+    });
+}
+
 int run(const ExperimentArguments& arguments) {
     auto loaded = experiment::load_experiment(arguments.path, arguments.rig, arguments.settings);
     if (!loaded) return could_not(loaded.error());
@@ -101,6 +110,9 @@ int run(const ExperimentArguments& arguments) {
 
     const std::vector<experiment::PointRun> runs =
         experiment::run_sweep(experiment, arguments.thread_count, progress_of(experiment));
+    if (const Status removed = remove_older_results(arguments.out); !removed) {
+        return could_not(removed.error());
+    }
     for (size_t i = 0; i < runs.size(); ++i) {
         if (!runs[i].error.empty()) {
             return could_not(point_text(experiment, i) + ": " + runs[i].error);

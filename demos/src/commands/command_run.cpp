@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "files/json_text.h"
+#include "files/own_files.h"
 #include "interruption.h"
 #include "opened_scene.h"
 #include "run/run_checks.h"
@@ -93,6 +95,25 @@ int report(const std::vector<scene::CheckResult>& results, nlohmann::ordered_jso
         if (result.verdict == scene::CheckResult::Verdict::fail) exit_code = kFailed;
     }
     return exit_code;
+}
+
+/// Takes away what an earlier run has left in the folder, so that all files of these names are this
+/// run's. Of a run that goes on, frames and snapshots may be of what lies behind it, and stay.
+Status remove_older_run(const std::string& folder, bool goes_on) {
+    constexpr std::string_view kTables[] = {"telemetry.csv", "profiles.csv", "summary.json",
+                                            "contact_sheet.png", "video.mp4"};
+    const auto is_table = [&](std::string_view name) {
+        return std::ranges::find(kTables, name) != std::end(kTables);
+    };
+    if (goes_on) return scene::remove_own_files(folder, is_table);
+    const Status removed = scene::remove_own_files(folder, [&](std::string_view name) {
+        return is_table(name) || name == "final.snapshot" ||
+               scene::is_numbered(name, "step_", 6, ".snapshot");
+    });
+    if (!removed) return removed;
+    return scene::remove_own_files(folder + "/frames", [](std::string_view name) {
+        return scene::is_numbered(name, "", 5, ".png");
+    });
 }
 
 constexpr char kChecksSection[] = "host.checks";
@@ -187,6 +208,8 @@ int run(RunArguments& arguments) {
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);
     if (failed) return could_not(arguments.out + ": " + failed.message());
+    const Status removed = remove_older_run(arguments.out, !arguments.from.empty());
+    if (!removed) return could_not(removed.error());
     auto telemetry = scene::Telemetry::create(run, arguments.out);
     if (!telemetry) return could_not(telemetry.error());
     auto pictures = make_pictures(run, arguments);
@@ -248,7 +271,10 @@ void add_run(CLI::App& app, int& exit_code) {
                                            "not run or could not write a file, 77 "
                                            "its data is not there, 130 interrupted by Ctrl-C");
     arguments->opened.add_options(*command);
-    command->add_option("--out", arguments->out, "folder for what the run leaves behind")
+    command
+        ->add_option("--out", arguments->out,
+                     "folder for what the run leaves behind; what an earlier run has left there "
+                     "goes, other files stay")
         ->required();
     command
         ->add_option("--snapshot-every", arguments->snapshot_every,
