@@ -456,6 +456,19 @@ cli_bench() {
     grep -q "\"checksum\": \"$checksum\"" bench.json || fail "bench.json lacks the checksum $checksum"
     grep -q "^3 steps, .* Checksum $checksum\.\$" bench.md || fail "bench.md lacks the checksum $checksum"
     grep -q '^| apply_force | 1.0 |' bench.md || fail 'bench.md lacks the passes'
+    # A scene that is not there costs the others nothing, nor an older file where there is no other.
+    rm bench.json bench.md
+    expect 2 bench --no-thesis --no-counts --steps 3 --scene absent.toml --scene scene.toml --out bench.json --page bench.md
+    expect_text '^absent.toml: '
+    grep -q "\"checksum\": \"$checksum\"" bench.json || fail "absent.toml: bench.json lacks the checksum $checksum"
+    grep -q "^3 steps, .* Checksum $checksum\.\$" bench.md || fail 'absent.toml: bench.md lacks the other scene'
+    cp bench.json first.json
+    expect 2 bench --no-thesis --scene absent.toml --out bench.json
+    cmp bench.json first.json || fail 'bench.json is written without figures'
+    printf '\n[[robot]]\nname = "r"\nfile = "data:no/such.urdf"\n' | cat scene.toml - >lacks_data.toml
+    expect 0 bench --no-thesis --no-counts --steps 3 --scene lacks_data.toml --scene scene.toml --out bench.json
+    expect_text '^SKIP lacks_data.toml'
+    expect 77 bench --no-thesis --scene lacks_data.toml --out bench.json
     expect 2 bench --no-thesis --page no/such/folder/bench.md
     expect_text '^no/such/folder/bench.md: cannot be written'
     if ! "$bsoil" info | grep '^  + ' | sed 1d | grep -qv '(software)'; then

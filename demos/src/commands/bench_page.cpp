@@ -48,9 +48,12 @@ void write_alphas(const Json& figures, Page page) {
         fmt::format_to(page, "| {} | {:.2f} | {:.2f} |\n", alpha, number(times, "mean_ms"),
                        number(times, "thesis_ms"));
     }
-    fmt::format_to(page, "\nFit: {:.3f} ms an iteration + {:.2f} ms.\n\n",
-                   number(figures["alphas_fit"], "ms_per_iteration"),
-                   number(figures["alphas_fit"], "overhead_ms"));
+    if (figures.contains("alphas_fit")) {
+        fmt::format_to(page, "\nFit: {:.3f} ms an iteration + {:.2f} ms.\n",
+                       number(figures["alphas_fit"], "ms_per_iteration"),
+                       number(figures["alphas_fit"], "overhead_ms"));
+    }
+    fmt::format_to(page, "\n");
 }
 
 void write_scene(const std::string& path, const Json& scene, Page page) {

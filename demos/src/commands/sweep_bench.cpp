@@ -162,12 +162,11 @@ std::vector<std::string> sweep_cells(const std::string& name, const Json& point)
 
 }  // namespace
 
-Result<Json> time_awake(Backend backend, int thread_count, const std::vector<int>& sides,
-                        int step_count) {
+Status time_awake(Backend backend, int thread_count, const std::vector<int>& sides, int step_count,
+                  Json& figures) {
     fmt::print(
         "N^3 voxels, all awake: blocks push everywhere\n  {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
         "N", "awake", "blocks", "ms a step", "kernels", "a second");
-    Json json;
     for (const int side : sides) {
         const int row = std::max(1, side / kBlockRoom);
         const auto timed = measure({.nx = side,
@@ -181,14 +180,15 @@ Result<Json> time_awake(Backend backend, int thread_count, const std::vector<int
         fmt::print("  {:>8} {:>9.3g} {:>9} {:>9.2f} {:>9.2f} {:>9.1f}\n", side,
                    timed->awake_voxel_count, row * row, timed->step_ms, timed->device_ms,
                    1e3 / timed->step_ms);
-        json[std::to_string(side)] = Json{{"voxels_awake", timed->awake_voxel_count},
-                                          {"bodies", row * row},
-                                          {"step_ms", timed->step_ms},
-                                          {"kernels_ms", timed->device_ms},
-                                          {"checksum", fmt::format("{:016x}", timed->checksum)}};
+        figures["awake"][std::to_string(side)] =
+            Json{{"voxels_awake", timed->awake_voxel_count},
+                 {"bodies", row * row},
+                 {"step_ms", timed->step_ms},
+                 {"kernels_ms", timed->device_ms},
+                 {"checksum", fmt::format("{:016x}", timed->checksum)}};
     }
     fmt::print("\n");
-    return json;
+    return Done{};
 }
 
 std::string awake_table(const Json& awake) {
@@ -205,7 +205,7 @@ std::string awake_table(const Json& awake) {
     return text;
 }
 
-Result<Json> time_sweeps(Backend backend, int thread_count, int step_count) {
+Status time_sweeps(Backend backend, int thread_count, int step_count, Json& figures) {
     struct Point {
         std::string name;
         Case of;
@@ -244,7 +244,6 @@ Result<Json> time_sweeps(Backend backend, int thread_count, int step_count) {
         Case of{.nx = 256, .ny = 256, .nz = 32, .body_count = bodies, .thread_count = thread_count};
         sweeps[4].points.push_back({std::to_string(bodies), of});
     }
-    Json json;
     for (const Sweep& sweep : sweeps) {
         fmt::print("{}\n  {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", sweep.name, "",
                    "awake", "ms a step", "dispatch", "visited", "changed", "ratio", "kB");
@@ -256,11 +255,11 @@ Result<Json> time_sweeps(Backend backend, int thread_count, int step_count) {
                 fmt::print(" {:>9}", text);
             }
             fmt::print("\n");
-            json[sweep.name][point.name] = *measured;
+            figures["sweeps"][sweep.name][point.name] = *measured;
         }
         fmt::print("\n");
     }
-    return json;
+    return Done{};
 }
 
 std::string sweep_tables(const Json& sweeps) {
