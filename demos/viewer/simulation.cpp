@@ -37,10 +37,15 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const scene::Scene& scene
     simulation->scene_soil_ = simulation->soil_def_;
     simulation->start_poses_ = simulation->run_->start_poses();
     if (!snapshot.empty()) {
-        const Status loaded = simulation->load_with_soil_of(snapshot);
-        if (!loaded) return Error{loaded.error()};
+        scene::SceneRun& run = *simulation->run_;
+        if (const Status loaded = run.load(snapshot); !loaded) return Error{loaded.error()};
+        if (run.has_soil()) {
+            simulation->soil_def_ = run.soil().def();
+            simulation->soil_def_.materials = run.soil().materials();
+        }
         simulation->note("loaded " + snapshot);
     }
+    simulation->first_soil_ = simulation->soil_def_;
     Simulation* own = simulation.get();
     simulation->thread_ = std::thread([own] { own->work(); });
     return simulation;
@@ -68,10 +73,7 @@ Status Simulation::start() {
     run_ = std::move(*made);
     ++world_;
     if (run_->has_soil()) {
-        if (world_ == 1) {
-            soil_def_ = run_->soil().def();
-            soil_def_.materials = soil_def_.material_list();
-        }
+        if (world_ == 1) soil_def_ = run_->scene_soil();
         apply_soil(soil_def_);
         tiles_ = std::make_unique<SoilTiles>(run_->soil());
         soil_patches_ =
@@ -287,33 +289,29 @@ void Simulation::save(const std::string& path) {
         hand_->let_go();
         const Status saved = run_->save(path);
         note(saved ? "saved " + path : saved.error());
-        if (saved && run_->has_soil()) saved_soils_[path] = {soil_def_, units_in_, units_out_};
+        if (saved) saved_units_[path] = {units_in_, units_out_};
     });
 }
 
 void Simulation::load(const std::string& path) {
     post([this, path] {
         hand_->let_go();
-        const Status loaded = load_with_soil_of(path);
+        const Status loaded = load_state(path);
         note(loaded ? "loaded " + path : loaded.error());
     });
 }
 
-/// A state is of the soil that was saved. What the sliders say is put on it afterwards.
-Status Simulation::load_with_soil_of(const std::string& path) {
-    if (!run_->has_soil()) return run_->load(path);
-    SavedSoil saved{scene_soil_, std::vector<int64_t>(units_in_.size(), 0), {}};
-    saved.units_out = saved.units_in;
-    if (const auto known = saved_soils_.find(path); known != saved_soils_.end()) {
-        saved = known->second;
-    }
-    apply_soil(saved.def);
-    Status loaded = run_->load(path);
+/// A state comes with the soil that was saved. What the sliders say is put on it afterwards.
+Status Simulation::load_state(const std::string& path) {
+    const Status loaded = run_->load(path);
+    if (!loaded || !run_->has_soil()) return loaded;
     apply_soil(soil_def_);
-    if (loaded) {
-        units_in_ = saved.units_in;
-        units_out_ = saved.units_out;
-    }
+    SavedUnits none{std::vector<int64_t>(units_in_.size(), 0), {}};
+    none.out = none.in;
+    const auto known = saved_units_.find(path);
+    const SavedUnits& saved = known == saved_units_.end() ? none : known->second;
+    units_in_ = saved.in;
+    units_out_ = saved.out;
     return loaded;
 }
 

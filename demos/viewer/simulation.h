@@ -25,8 +25,8 @@ enum class Brush { dig, heap };
 
 class Simulation {
   public:
-    /// The scene must outlive it. Begins with a snapshot of it, where one is named. The error says
-    /// what could not be made or loaded. Paused at first.
+    /// The scene must outlive it. Begins with a snapshot of it, where one is named, with the soil
+    /// as it was changed there. The error says what could not be made or loaded. Paused at first.
     static Result<std::unique_ptr<Simulation>> create(const scene::Scene& scene,
                                                       const scene::RunDef& def,
                                                       const std::string& snapshot = {});
@@ -60,6 +60,8 @@ class Simulation {
     void set_tool_surface(const SurfaceFriction& surface);
     /// The soil's definition as the scene has it, its materials in `materials`. Only with a soil.
     const SoilDef& scene_soil() const { return scene_soil_; }
+    /// The same as it is at first: of a snapshot.
+    const SoilDef& first_soil() const { return first_soil_; }
     /// Where each body is at the scene's start, whatever was loaded.
     const std::vector<Pose>& start_poses() const { return start_poses_; }
     /// See Soil::change(). Stays through a reset and after a load. Of several that come faster than
@@ -89,13 +91,12 @@ class Simulation {
     void apply_levers();
     void apply_tool_surface();
     void apply_soil(const SoilDef& def);
-    Status load_with_soil_of(const std::string& path);
+    Status load_state(const std::string& path);
     std::optional<Vec3> soil_along(Vec3 from_m, Vec3 to_m) const;
 
-    /// What a snapshot does not say of its soil.
-    struct SavedSoil {
-        SoilDef def;
-        std::vector<int64_t> units_in, units_out;
+    /// What a snapshot does not say of its soil: brushes.
+    struct SavedUnits {
+        std::vector<int64_t> in, out;
     };
 
     const scene::Scene& scene_;
@@ -115,8 +116,8 @@ class Simulation {
     bool was_at_rest_ = true;                    ///< all soil, in the last picture
     std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
-    SoilDef soil_def_;                              ///< what the soil is to be
-    std::map<std::string, SavedSoil> saved_soils_;  ///< by the file that has its state
+    SoilDef soil_def_;                               ///< what the soil is to be
+    std::map<std::string, SavedUnits> saved_units_;  ///< by the file that has the state
     int debug_mode_ = 0;
     double pace_ = 1;
     std::vector<int64_t> units_in_, units_out_;
@@ -129,7 +130,7 @@ class Simulation {
     SurfaceDetail asked_detail_;  ///< of the window's thread
 
     // These never change.
-    SoilDef scene_soil_;
+    SoilDef scene_soil_, first_soil_;
     std::vector<Pose> start_poses_;
 
     // Shared.

@@ -124,7 +124,8 @@ Status Viewer::open() {
     }
     state_.has_soil = scene_.soil.has_value();
     state_.materials = soil_def(scene_).materials;
-    if (state_.has_soil) state_.soil = state_.scene_soil = simulation_->scene_soil();
+    state_.scene_soil = simulation_->scene_soil();
+    state_.soil = simulation_->first_soil();
     state_.has_raycast_vehicle = !scene_.raycast_vehicles.empty();
     state_.levers = find_levers(scene_);
     state_.lever_values.assign(state_.levers.size(), 0);

@@ -168,6 +168,46 @@ TEST(RunChecks, water_is_counted_from_the_start_in_a_run_that_goes_on) {
     EXPECT_EQ(conserved.verdict, CheckResult::Verdict::pass) << conserved.figure;
 }
 
+// `bsoil view` saves what its sliders have changed: the file fitted no run of its scene any more.
+TEST(SceneRun, goes_on_with_the_soil_as_it_was_changed) {
+    const Scene scene = sand_scene(kSand + kBlock);
+    Scene heavier = scene;
+    heavier.bodies[0].mass_kg *= 2;
+    const RunDef def{.backend = Backend::cpu, .thread_count = 1};
+    const TemporaryFile changed_file("changed.snapshot"), plain_file("plain.snapshot"),
+        other_file("other.snapshot");
+    auto saved = SceneRun::create(scene, def), restored = SceneRun::create(scene, def);
+    ASSERT_TRUE(saved && restored);
+    (*saved)->step();
+    ASSERT_TRUE((*saved)->save(plain_file.path()));
+    SoilDef changed = (*saved)->scene_soil();
+    changed.wind_m_s = {1, 0, -2};
+    changed.overflow = OverflowHeuristic::even;
+    changed.substeps_max = 3;
+    changed.materials[0].friction_angle_rad = 0.2;
+    changed.materials[0].color = {0.25f, 0.5f, 1};
+    ASSERT_TRUE((*saved)->soil().change(changed));
+    (*saved)->step();
+    ASSERT_TRUE((*saved)->save(changed_file.path()));
+    const Status loaded = (*restored)->load(changed_file.path());
+    ASSERT_TRUE(loaded) << loaded.error();
+    const SoilDef& now = (*restored)->soil().def();
+    EXPECT_EQ(length(now.wind_m_s - changed.wind_m_s), 0);
+    EXPECT_EQ(now.overflow, OverflowHeuristic::even);
+    EXPECT_EQ(now.substeps_max, 3);
+    EXPECT_EQ(now.materials[0].friction_angle_rad, 0.2);
+    EXPECT_EQ(now.materials[0].color, changed.materials[0].color);
+    EXPECT_EQ((*restored)->soil().checksum(), (*saved)->soil().checksum());
+    // A file that is refused leaves it so; one of the scene's own soil brings that back.
+    const auto other = SceneRun::create(heavier, def);
+    ASSERT_TRUE(other && (*other)->save(other_file.path()));
+    EXPECT_FALSE((*restored)->load(other_file.path()));
+    EXPECT_EQ((*restored)->soil().def().substeps_max, 3);
+    ASSERT_TRUE((*restored)->load(plain_file.path()));
+    EXPECT_EQ((*restored)->soil().def().substeps_max, (*saved)->scene_soil().substeps_max);
+    EXPECT_NE((*restored)->soil().materials()[0].friction_angle_rad, 0.2);
+}
+
 // A patch without friction has a direction across it all the same. By rounding it was the normal's
 // here, and the block that falls was thrown up again.
 TEST(RunChecks, nothing_is_kicked_off_a_thin_layer_by_its_shape) {

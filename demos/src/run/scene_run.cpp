@@ -10,6 +10,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "reading/scene_load.h"
+#include "soil_settings.h"
 #include "world/scene_shapes.h"
 #include "world/soil_filling.h"
 
@@ -20,6 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kBlockVoxelCount = 512;
 constexpr char kProgressSection[] = "host.run";
+constexpr char kSoilSection[] = "host.soil";    ///< soil_settings
 constexpr char kSceneSection[] = "host.scene";  ///< "<up axis> <path of the scene file>"
 
 nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
@@ -86,6 +88,8 @@ Status SceneRun::add_soil(const RunDef& def) {
     const Status filled = fill_soil(scene_, action_->soil());
     if (!filled) return filled;
     totals_at_start_ = action_->soil().totals();
+    scene_soil_ = action_->soil().def();
+    scene_soil_.materials = action_->soil().materials();
     warn_of_bodies_outside();
     return Done{};
 }
@@ -221,6 +225,11 @@ Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more
     StateStream stream;
     progress().serialize(stream);
     more.push_back({kProgressSection, stream.bytes()});
+    if (has_soil()) {
+        SoilDef def = soil().def();
+        def.materials = soil().materials();
+        more.push_back({kSoilSection, soil_settings(def)});
+    }
     const std::string scene =
         scene_.world.up + " " + std::filesystem::absolute(scene_.path).lexically_normal().string();
     more.push_back({kSceneSection, {scene.begin(), scene.end()}});
@@ -260,8 +269,18 @@ Status SceneRun::load(const std::string& path) {
         saved.totals_at_start.units.size() != here.totals_at_start.units.size()) {
         return refuse("is of another scene: its steps, bodies, joints or materials are others");
     }
+    SoilDef changed = scene_soil_;
+    const std::vector<uint8_t>* settings = find_section(*sections, kSoilSection);
+    if (settings && !set_soil_settings(*settings, changed)) return refuse("is damaged");
+    const SoilDef before = has_soil() ? soil().def() : SoilDef{};
+    if (has_soil()) {
+        if (const Status taken = soil().change(changed); !taken) return refuse(taken.error());
+    }
     const Status loaded = bullet::load_world(bullet_->world(), soils(), path);
-    if (!loaded) return loaded;
+    if (!loaded) {
+        if (has_soil()) static_cast<void>(soil().change(before));
+        return loaded;
+    }
     step_count_ = loaded_step_count_ = saved.step_count;
     bullet_->set_progress(saved.bullet);
     readings_ = saved.readings;

@@ -67,6 +67,8 @@ class SceneRun {
     const Soil& soil() const { return action_->soil(); }
     const bullet::SoilAction& action() const { return *action_; }
     bullet::SoilAction& action() { return *action_; }
+    /// The soil's definition as the scene has it, its materials in `materials`. Only with a soil.
+    const SoilDef& scene_soil() const { return scene_soil_; }
     const SoilTotals& totals_at_start() const { return totals_at_start_; }
 
     /// Where each body was before the first step, in the order of bullet().bodies(): the same in a
@@ -77,11 +79,11 @@ class SceneRun {
     /// A probe of kind mass_inside [kg].
     double probe_mass_kg(const ProbeItem& probe) const;
 
-    /// Snapshot of the whole run: world, soil, what was measured so far, and `more` sections (names
-    /// begin with "host"). The error names the file and what is wrong.
+    /// Snapshot of the whole run: world, soil and how it was changed, what was measured so far, and
+    /// `more` sections (names begin with "host"). The error names the file and what is wrong.
     Status save(const std::string& path, std::vector<SnapshotSection> more = {});
-    /// Goes on from a snapshot of a run of the same scene. The error names what differs and changes
-    /// nothing.
+    /// Goes on from a snapshot of a run of the same scene, with the soil as it was changed in that
+    /// run. The error names what differs and changes nothing.
     Status load(const std::string& path);
 
     /// What the soil has run into, a sentence each with body, place and time; from number `first`
@@ -119,6 +121,7 @@ class SceneRun {
     std::vector<Pose> start_poses_;
     std::vector<BodyReading> readings_;
     std::vector<double> peak_force_n_;
+    SoilDef scene_soil_;
     SoilTotals totals_at_start_;
     StageTimes stage_sum_ms_;
     double block_active_sum_ = 0;
