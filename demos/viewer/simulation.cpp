@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "clock.h"
 #include "debug_lines.h"
@@ -86,7 +87,7 @@ Status Simulation::start() {
         units_out_ = units_in_;
     }
     hand_ = std::make_unique<Hand>(run_->bullet().world(), scene_.world.substep_s);
-    had_slice_ = false;
+    had_slice_ = is_failure_known_ = false;
     notes_ = run_->warnings();
     apply_levers();
     apply_tool_surface();
@@ -154,9 +155,23 @@ void Simulation::carry_out_orders() {
     }
 }
 
+/// A soil whose device has failed gives nothing but what is false: the simulation pauses, and says
+/// why once. A reset makes another soil.
+bool Simulation::has_stopped_for_good() {
+    const std::string failure = run_->failure();
+    if (failure.empty()) return false;
+    if (!std::exchange(is_failure_known_, true)) note(failure);
+    const std::lock_guard lock(mutex_);
+    is_paused_ = changed_ = true;
+    steps_asked_ = 0;
+    return true;
+}
+
 void Simulation::step() {
+    if (has_stopped_for_good()) return;
     const double start_s = now_s();
     run_->step();
+    if (has_stopped_for_good()) return;
     const double end_s = now_s();
     step_ms_ = 1e3 * (end_s - start_s);
     if (run_->has_soil()) {

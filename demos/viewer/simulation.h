@@ -84,6 +84,7 @@ class Simulation {
     void work();
     void carry_out_orders();
     void step();
+    bool has_stopped_for_good();
     void publish();
     void publish_volume(WorldPicture& picture);
     void fill_status(RunStatus& status) const;
@@ -126,6 +127,7 @@ class Simulation {
     double step_ms_ = 0, soil_ms_ = 0, mesh_ms_ = 0, steps_per_s_ = 0;
     double due_s_ = 0;  ///< of the wall clock: when the next step is to begin
     int steps_asked_ = 0;
+    bool is_failure_known_ = false;
 
     SurfaceDetail asked_detail_;  ///< of the window's thread
 

@@ -21,6 +21,7 @@ void Simulation::fill_status(RunStatus& status) const {
     status.step_count = run_->step_count();
     status.step_s = run_->step_s();
     status.is_finished = run_->finished();
+    status.failure = run_->failure();
     status.steps_per_s = steps_per_s_;
     status.soil_ms = soil_ms_;
     status.bullet_ms = std::max(0.0, step_ms_ - soil_ms_);

@@ -430,6 +430,7 @@ Status Viewer::run() {
         if (!script_ && next_s > end_s) SDL_Delay(static_cast<Uint32>(1e3 * (next_s - end_s)));
     }
     if (script_ && !script_->error().empty()) return Error{script_->error()};
+    if (!state_.status.failure.empty()) return Error{state_.status.failure};
     return Done{};
 }
 

@@ -44,6 +44,7 @@ struct RunStatus {
     double soil_mass_kg = 0;
     std::string units_text;               ///< soil at the start, put in and taken out since
     std::string hand_text;                ///< what the hand holds
+    std::string failure;                  ///< of the soil's device: it goes no further
     std::vector<std::string> conditions;  ///< what went wrong, then what the soil has run into
     size_t note_count = 0;                ///< of those, the first ones
     std::vector<double> loads_kg;         ///< by probe

@@ -189,6 +189,7 @@ Result<FeatureCost> time_feature(const Feature& feature, FeatureDevice device) {
     FeatureCost cost;
     cost.step_ms = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC * 1e3 / kSteps;
     cost.changed_voxel_count = (changed_voxels(soil.work_counts()) - changed_before) / kSteps;
+    if (!soil.device_failure().empty()) return Error{soil.device_failure()};
     return cost;
 }
 

@@ -46,6 +46,7 @@ Result<nlohmann::ordered_json> time_pictures(scene::SceneRun& run, int count) {
         light{"light", {}}, finish{"finish", {}};
     for (int i = 0; i < count; ++i) {
         run.step();
+        if (const std::string failure = run.failure(); !failure.empty()) return Error{failure};
         const Clock::time_point meshed_from = Clock::now();
         const render::View view = picture.view();
         mesh.ms.push_back(ms_since(meshed_from));

@@ -119,6 +119,7 @@ Result<Measured> measure(const Case& of, Backend backend, int step_count) {
         step_count;
     out.work = difference(before, soil.work_counts());
     for (const PassWork& pass : out.work.passes) out.device_ms += pass.time_ms / step_count;
+    if (!soil.device_failure().empty()) return Error{soil.device_failure()};
     out.checksum = soil.checksum();
     return out;
 }

@@ -96,6 +96,7 @@ Result<RigOutput> run_column(const RigSetup& setup, const ColumnItem& column,
         }
         progress(time_s / column.duration_s);
     }
+    if (!soil.device_failure().empty()) return Error{soil.device_failure()};
     const Heap heap = heap_of(soil, column);
     const bool stands = heap.beyond_m3 < kStandingShare * heap.held_m3;
     const double slope_rad = stands ? std::acos(0.0)

@@ -131,6 +131,8 @@ void RigWorld::set_force(const std::string& name, Vec3 force_n) {
 
 Status RigWorld::note_conditions(RigOutput& out) const {
     if (!action_) return Done{};  // a tool without soil hangs on its stop, as it has to
+    const std::string failure = action_->soil().device_failure();
+    if (!failure.empty()) return Error{failure};
     if (!action_->refused().empty()) return Error{action_->refused().front().reason};
     out.status = status_texts(action_->soil().status_bits());
     for (const scene::SceneJoint& joint : bullet_->joints()) {

@@ -45,7 +45,8 @@ class RigWorld {
     void set_force(const std::string& body, Vec3 force_n);
 
     /// Notes sticky conditions of the soil, and sliders that have come to their lower stop: what
-    /// they carry no longer stands on soil. An error where the soil refuses a body of the rig.
+    /// they carry no longer stands on soil. An error where the soil refuses a body of the rig, or
+    /// is lost.
     Status note_conditions(RigOutput& out) const;
 
   private:
