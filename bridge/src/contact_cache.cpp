@@ -1,9 +1,7 @@
 #include "contact_cache.h"
 
-#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 
@@ -13,6 +11,7 @@
 #include <utility>
 
 #include "bullet_stream.h"
+#include "pair_algorithms.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -48,27 +47,6 @@ void clear(btDbvt& tree) {
     tree.m_leaves = 0;
 }
 
-/// While it lives, an object counts as awake: algorithms for two sleepers come without a manifold.
-class Awake {
-  public:
-    explicit Awake(btCollisionObject& object)
-        : object_(object), state_(object.getActivationState()) {
-        object_.forceActivationState(ACTIVE_TAG);
-    }
-    ~Awake() { object_.forceActivationState(state_); }
-    Awake(const Awake&) = delete;
-    Awake& operator=(const Awake&) = delete;
-
-  private:
-    btCollisionObject& object_;
-    int state_;
-};
-
-/// Whether a pair's algorithm keeps nothing but the points of its one manifold.
-bool keeps_points_only(const btCollisionShape& shape) {
-    return shape.isConvex() || shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
-}
-
 class ContactCache {
   public:
     ContactCache(StateStream& stream, btDiscreteDynamicsWorld& world)
@@ -82,7 +60,6 @@ class ContactCache {
     void serialize();
 
   private:
-    using Manifolds = btManifoldArray;
     using ObjectIndex = int32_t;
 
     void serialize_proxies();
@@ -95,9 +72,6 @@ class ContactCache {
     void serialize_points(btPersistentManifold& manifold);
     void empty_broadphase();
     void repair();
-    void make_algorithm(btBroadphasePair& pair);
-    void renew_algorithm(btBroadphasePair& pair);
-    static Manifolds manifolds_of(const btBroadphasePair& pair);
 
     btCollisionObject* object(ObjectIndex index) {
         return index >= 0 && index < objects_.size() ? objects_[index] : nullptr;
@@ -124,12 +98,9 @@ void ContactCache::serialize() {
     for (int i = 0; i < objects_.size(); ++i) index_[objects_[i]] = i;
     // They live from the start of one substep to that of the next, which would release them.
     PredictiveContacts::release_predictive_contacts(world_);
-    if (!stream_.reads()) {
-        for (int i = 0; i < pairs_.getNumOverlappingPairs(); ++i) {
-            renew_algorithm(pairs_.getOverlappingPairArray()[i]);
-        }
-    } else {
-        empty_broadphase();
+    if (stream_.reads()) empty_broadphase();
+    for (int i = 0; i < pairs_.getNumOverlappingPairs() && !stream_.reads(); ++i) {
+        renew_algorithm(world_, pairs_.getOverlappingPairArray()[i]);
     }
     serialize_proxies();
     for (int set = 0; set < 2; ++set) serialize_tree(set);
@@ -333,59 +304,6 @@ void ContactCache::repair() {
     }
 }
 
-ContactCache::Manifolds ContactCache::manifolds_of(const btBroadphasePair& pair) {
-    Manifolds manifolds;
-    if (pair.m_algorithm) pair.m_algorithm->getAllContactManifolds(manifolds);
-    return manifolds;
-}
-
-/// As Bullet's near callback does, but without asking the host's.
-void ContactCache::make_algorithm(btBroadphasePair& pair) {
-    auto& a = *static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject);
-    auto& b = *static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject);
-    const Awake a_awake(a), b_awake(b);
-    const btCollisionObjectWrapper wrap_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(),
-                                          -1, -1);
-    const btCollisionObjectWrapper wrap_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(),
-                                          -1, -1);
-    pair.m_algorithm =
-        dispatcher_.findAlgorithm(&wrap_a, &wrap_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-    if (!pair.m_algorithm) return;
-    btManifoldResult result(&wrap_a, &wrap_b);
-    pair.m_algorithm->processCollision(&wrap_a, &wrap_b, world_.getDispatchInfo(), &result);
-}
-
-void ContactCache::renew_algorithm(btBroadphasePair& pair) {
-    const auto shape_of = [](const btBroadphaseProxy* of) -> const btCollisionShape& {
-        return *static_cast<btCollisionObject*>(of->m_clientObject)->getCollisionShape();
-    };
-    if (!pair.m_algorithm || (keeps_points_only(shape_of(pair.m_pProxy0)) &&
-                              keeps_points_only(shape_of(pair.m_pProxy1)))) {
-        return;
-    }
-    std::vector<std::vector<btManifoldPoint>> points;
-    const Manifolds before = manifolds_of(pair);
-    for (int m = 0; m < before.size(); ++m) {
-        points.emplace_back();
-        for (int i = 0; i < before[m]->getNumContacts(); ++i) {
-            points.back().push_back(before[m]->getContactPoint(i));
-            points.back().back().m_userPersistentData = nullptr;
-        }
-    }
-    pairs_.cleanOverlappingPair(pair, &dispatcher_);
-    make_algorithm(pair);
-    const Manifolds after = manifolds_of(pair);
-    // Others than before: then what they had of impulses is lost.
-    if (static_cast<size_t>(after.size()) != points.size()) return;
-    for (int m = 0; m < after.size(); ++m) {
-        after[m]->clearManifold();
-        after[m]->setNumContacts(static_cast<int>(points[static_cast<size_t>(m)].size()));
-        for (int i = 0; i < after[m]->getNumContacts(); ++i) {
-            after[m]->getContactPoint(i) = points[static_cast<size_t>(m)][static_cast<size_t>(i)];
-        }
-    }
-}
-
 void ContactCache::serialize_pairs() {
     btBroadphasePairArray& pairs = pairs_.getOverlappingPairArray();
     const size_t count = stream_.count(static_cast<size_t>(pairs.size()), 9);
@@ -405,7 +323,7 @@ void ContactCache::serialize_pairs() {
         }
         btBroadphasePair* pair = pairs_.addOverlappingPair(proxy(a), proxy(b));
         if (!pair) return stream_.refuse();  // filtered
-        if (has_algorithm) make_algorithm(*pair);
+        if (has_algorithm) make_algorithm(world_, *pair);
     }
 }
 
@@ -430,9 +348,9 @@ void ContactCache::serialize_manifolds() {
     };
     const btBroadphasePairArray& pairs = pairs_.getOverlappingPairArray();
     std::unordered_map<const btPersistentManifold*, Place> places;
-    std::vector<Manifolds> by_pair(static_cast<size_t>(pairs.size()));
+    std::vector<btManifoldArray> by_pair(static_cast<size_t>(pairs.size()));
     for (int i = 0; i < pairs.size(); ++i) {
-        Manifolds& manifolds = by_pair[static_cast<size_t>(i)];
+        btManifoldArray& manifolds = by_pair[static_cast<size_t>(i)];
         manifolds = manifolds_of(pairs[i]);
         for (int m = 0; m < manifolds.size(); ++m) places[manifolds[m]] = {i, m};
     }
