@@ -240,15 +240,24 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
 // Whether air takes of its speed what soil in a voxel falls at: in the end it falls no faster.
 bool is_slowed_by_air(int voxel) { return params.air != 0 && mixed_word(voxel, 0, kTableAir) > 0; }
 
+// What friction takes of a level speed that is missing: of all its ways the same. Along an axis to the unit.
+ivec2 gripped(ivec2 missing, int grip) {
+    if (missing.x == 0 || missing.y == 0) return clamp(missing, ivec2(-grip), ivec2(grip));
+    int size = slope_length(missing.x, missing.y);
+    if (size <= grip) return missing;
+    int share = fraction_q16(grip, size);
+    return ivec2(sign(missing.x) * mul_q16(abs(missing.x), share), sign(missing.y) * mul_q16(abs(missing.y), share));
+}
+
 // Soil on a body goes with it as far as friction can take it.
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
     int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
     int grip = in_this_part(hold);
+    ivec2 taken = gripped(ivec2(goal.x - velocity.x, goal.y - velocity.y), grip);
     Motion motion;
-    motion.after = ivec3(velocity.x + clamp(goal.x - velocity.x, -grip, grip),
-                         velocity.y + clamp(goal.y - velocity.y, -grip, grip),
+    motion.after = ivec3(velocity.x + taken.x, velocity.y + taken.y,
                          max(goal.z, velocity.z - in_this_part(params.gravity_q16)));
     motion.drift = motion.after;
     return motion;

@@ -150,8 +150,10 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             const Vec3 goal = body.velocity_at(x, y, z);
             const double grip = dt * (body.friction_speed >= 0 ? body.friction_speed
                                                                : voxel.mean(model.friction_speed));
-            accelerated.x += std::clamp(goal.x - velocity.x, -grip, grip);
-            accelerated.y += std::clamp(goal.y - velocity.y, -grip, grip);
+            const double missing = std::hypot(goal.x - velocity.x, goal.y - velocity.y);
+            const double taken = missing > grip ? grip / missing : 1;
+            accelerated.x += taken * (goal.x - velocity.x);
+            accelerated.y += taken * (goal.y - velocity.y);
             accelerated.z = std::max(goal.z, velocity.z - model.gravity * dt);
             accelerated = held_back(model, before, bodies, x, y, z, accelerated);
             drift = accelerated;
