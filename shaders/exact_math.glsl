@@ -41,7 +41,7 @@ float sqrt_exact(float x) {
 // Two squares of smaller numbers stay in 31 bits together.
 CONST_INT(kSquaredMost, 32768)
 
-// Whole square root of a sum of squares of numbers below 2^26, to within 2^-12 of itself.
+// Whole square root of a sum of squares of numbers below 2^29, to within 2^-12 of itself.
 int slope_length(int a, int b) {
     int high = max(abs(a), abs(b));
     if (high == 0) return 0;

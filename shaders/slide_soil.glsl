@@ -7,6 +7,7 @@
 CONST_INT(kSlideGap, 4)         // voxels without momentum under which none is looked for
 CONST_INT(kSlideDepth, 128)     // voxels at most that slide: sums over them stay in 31 bits
 CONST_INT(kSlideSteepest, 262144)   // slope 4: beyond it friction is next to nothing
+CONST_INT(kSumMost, 8192)       // of a momentum's high half: what is beyond 29 bits costs the sum's lowest
 
 bool slides_along(int voxel) {
     return state_at(kPlaneMomentumX, voxel) != 0 || state_at(kPlaneMomentumY, voxel) != 0;
@@ -66,9 +67,26 @@ struct Slab {
     int low;        // voxels from here
     int high;       // to here
     int thickness;  // Q16 voxels of soil
-    ivec2 speed;    // Q16 voxels a step
+    ivec2 speed;    // Q24 voxels a step: of short ones friction takes less than a unit of Q16
     int pace;       // length of that
 };
+
+// Along an axis, the nearest. mass: > 0
+int slide_speed(int momentum, int mass) {
+    int size = abs(momentum);
+    int whole = size / mass;
+    if (whole >= kSlideSpeedMost / 64) return sign(momentum) * kSlideSpeedMost * kOneQ8;
+    return sign(momentum) * (whole * (64 * kOneQ8) + ((fraction_q16(size - whole * mass, mass) + 2) >> 2));
+}
+
+// Mean speed of a mass with that momentum. mass: > 0
+ivec2 mean_speed(IN(MomentumSum) sum, int mass) {
+    int shift = 0;
+    while ((max(abs(sum.high.x), abs(sum.high.y)) >> shift) >= kSumMost || (mass >> shift) >= kRangeMost) shift += 1;
+    int held = max(1, mass >> shift);
+    return ivec2(slide_speed((sum.high.x << (16 - shift)) + (sum.low.x >> shift), held),
+                 slide_speed((sum.high.y << (16 - shift)) + (sum.low.y >> shift), held));
+}
 
 // Those from the surface down to the lowest that has momentum; false where none has any. What is thinner than kWholeMost has no
 // speed: too thin to be shared out, it would slide for good. It slips as far as it can.
@@ -78,13 +96,13 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
     slab.thickness = 0;
     slab.speed = ivec2(0);
     slab.pace = 0;
-    ivec2 momentum = ivec2(0);  // 128ths
+    MomentumSum momentum = no_momentum();
     int gap = 0;
     for (int z = slab.high; z > slab.high - kSlideDepth && z >= 0 && gap < kSlideGap; --z) {
         int voxel = first + z * kTileColumns;
         if (is_solid(voxel)) break;
         if (slides_along(voxel)) {
-            momentum += ivec2(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel)) / kSlideDepth;
+            add_to_sum(momentum, ivec3(state_at(kPlaneMomentumX, voxel), state_at(kPlaneMomentumY, voxel), 0));
             slab.low = z;
             gap = 0;
         } else {
@@ -97,24 +115,32 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
         mass += mass_at(voxel);
         slab.thickness += state_at(kPlaneVolume, voxel);
     }
-    if (slab.thickness > kWholeMost && mass > 0) {
-        slab.speed = clamp(ivec2(signed_fraction_q16(momentum.x, mass * 8), signed_fraction_q16(momentum.y, mass * 8)),
-                           ivec2(-kSlideSpeedMost), ivec2(kSlideSpeedMost));
-    }
+    if (slab.thickness > kWholeMost && mass > 0) slab.speed = mean_speed(momentum, mass);
     return slab.low <= slab.high;
 }
 
-// What friction with the ground leaves of a speed, Q16. Down a slope that fails slip_soil drives it on. One that stands, with
-// its tolerance or by cohesion, has friction: what slides there has to come to rest.
-int kept_by_friction(int source, int slot, ivec3 at, int slope, int pace) {
+// What friction with the ground takes of a speed, Q24. Down a slope that fails slip_soil drives it on. One that stands, with
+// its tolerance or by cohesion, has friction: what slides there has to come to rest, and loses a unit at least.
+int lost_to_friction(int source, int slot, ivec3 at, int slope) {
     int held = mixed_word(source, kSoilLoose, kTableFriction) + kSlipTolerance - slope;
     if (held < kSlipTolerance && wedge_at(resistance_of(source, slope), slope) <= standing_wedge(source, slot, at)) {
         held = kSlipTolerance;
     }
-    if (held <= 0) return kOneQ16;
-    int gravity = params.gravity_q16 / params.slide_count;
-    int lost = mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))) + 1;
-    return lost >= pace ? 0 : fraction_q16(pace - lost, pace);
+    if (held <= 0) return 0;
+    int gravity = min(params.gravity_q16, kSlideSpeedMost) * kOneQ8 / params.slide_count;
+    return max(1, mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))));
+}
+
+void take_speed(INOUT(Slab) slab, int lost) {
+    if (lost >= slab.pace) {
+        slab.speed = ivec2(0);
+        slab.pace = 0;
+        return;
+    }
+    ivec2 size = abs(slab.speed);
+    slab.speed = sign(slab.speed) * (size - ivec2(mul_q16(lost, share_of(size.x, slab.pace)),
+                                                  mul_q16(lost, share_of(size.y, slab.pace))));
+    slab.pace -= lost;
 }
 
 // What drag in viscous soil leaves of it.
@@ -140,7 +166,7 @@ int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Sla
         if (diagonal != kSlideWall) across = diagonal - along;
     }
     // By the ratio of the two: the pace of what hardly moves is a few units.
-    int ratio = fraction_q16(is_x ? speed.y : speed.x, is_x ? speed.x : speed.y);
+    int ratio = share_of(is_x ? speed.y : speed.x, is_x ? speed.x : speed.y);
     int length = slope_length(kOneQ16, ratio);
     return clamp(mul_q16(along, fraction_q16(kOneQ16, length)) + mul_q16(across, fraction_q16(ratio, length)), -kSlideSteepest,
                  kSlideSteepest);
@@ -154,23 +180,23 @@ bool slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(S
     if (drop.x == kSlideWall) drop.x = slab.speed.x = 0;
     if (drop.y == kSlideWall) drop.y = slab.speed.y = 0;
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
-    int kept = kOneQ16;
+    int lost = 0;
     if (slab.pace > 0) {
         int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
-        kept = kept_by_friction(source, slot, ivec3(x, y, slab.high), slope, slab.pace);
-        keep_speed(slab, kept);
+        lost = lost_to_friction(source, slot, ivec3(x, y, slab.high), slope);
+        take_speed(slab, lost);
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
-    return kept < kOneQ16;
+    return lost > 0;
 }
 
 void write_speed(int first, IN(Slab) slab) {
     MomentumSum taken = no_momentum();
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
-        ivec3 kept = momentum_of(mass_at(voxel), ivec3(slab.speed, 0));
-        kept.z = state_at(kPlaneMomentumZ, voxel);
-        set_in_sum(voxel, kept, taken);
+        int mass = mass_at(voxel);
+        ivec2 kept = ivec2(fine_momentum(mass, slab.speed.x), fine_momentum(mass, slab.speed.y));
+        set_in_sum(voxel, ivec3(kept, state_at(kPlaneMomentumZ, voxel)), taken);
     }
     add_momentum_sums(kResultGround, taken);
 }
@@ -186,8 +212,8 @@ ivec2 arrival_at(int k, int x, int y, ivec2 ahead) { return ivec2(k == 1 ? x : x
 
 // Returns the sum of the shares.
 int find_arrivals(int slot, int x, int y, int top, ivec2 ahead, IN(Slab) slab, OUT(Arrivals) arrivals) {
-    int share_x = min(kOneQ16, abs(slab.speed.x) / params.slide_count);
-    int share_y = min(kOneQ16, abs(slab.speed.y) / params.slide_count);
+    int share_x = min(kOneQ16, abs(slab.speed.x) / params.slide_count / kOneQ8);
+    int share_y = min(kOneQ16, abs(slab.speed.y) / params.slide_count / kOneQ8);
     int wanted = 0;
     for (int k = 0; k < 3; ++k) {
         ivec2 to = arrival_at(k, x, y, ahead);
@@ -282,7 +308,8 @@ void slide_soil(int group, int lane) {
     write_speed(first, slab);
     if (slab.speed.x == 0 && slab.speed.y == 0) return;
     mark_moved(source, source);
-    ATOMIC_MAX(result[kResultSlide], min(slab.pace, kSlideSpeedMost));  // so many passes more: see Passes::slide_part_count
+    // So many passes more: see Passes::slide_part_count.
+    ATOMIC_MAX(result[kResultSlide], min(slab.pace / kOneQ8, kSlideSpeedMost));
     Arrivals arrivals;
     int wanted = find_arrivals(slot, x, y, top, ahead, slab, arrivals);
     bool goes = wanted > 0 && shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);

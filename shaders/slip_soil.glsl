@@ -98,12 +98,9 @@ CONST_INT(kSlideCreep, 8192)    // height of a failing wedge that still slips wh
 // Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
 void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {
     int friction = mixed_word(source, kSoilLoose, kTableFriction);  // alike in all states
-    // Of short steps it is a few units of Q16: with 8 bits more.
-    int push = mul_q16(slide_push(slope, friction, mixed_word(source, kSoilLoose, kTablePassive)) * kOneQ8, params.slide_kick);
+    int push = mul_q16(slide_push(slope, friction, mixed_word(source, kSoilLoose, kTablePassive)), params.slide_kick);  // Q24
     ivec2 gain = sign(fall) * ivec2(mul_q16(abs(fall.x), push), mul_q16(abs(fall.y), push));
     if (gain.x == 0 && gain.y == 0) return;
-    ivec2 speed = gain / kOneQ8;
-    ivec2 rest = gain - speed * kOneQ8;
     // The nearest of the eight ways.
     ivec2 way = ivec2(5 * abs(fall.x) > 2 * abs(fall.y) ? sign(fall.x) : 0, 5 * abs(fall.y) > 2 * abs(fall.x) ? sign(fall.y) : 0);
     int climb = way.x == 0 || way.y == 0 ? friction : mul_q16(friction, kDiagonal);
@@ -133,8 +130,7 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         int mass = mass_at(voxel);
         if (mass == 0 || !is_listed(voxel)) continue;
-        ivec3 gained = saturated(momentum_of(mass, ivec3(speed, 0)),
-                                 ivec3(mul_q16(mass * 4, rest.x), mul_q16(mass * 4, rest.y), 0));
+        ivec3 gained = ivec3(fine_momentum(mass, gain.x), fine_momentum(mass, gain.y), 0);
         add_delta(kPlaneMomentumX, voxel, gained.x);
         add_delta(kPlaneMomentumY, voxel, gained.y);
         add_to_sum(given, -gained);
@@ -387,7 +383,10 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
     // Soil that slides on into this column brings its speed along.
     int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
     // thesis (9), and no more than a quarter of the wedge at once.
-    speed = min(speed + acceleration_at(soil.curve, source, failure.slope) / params.substep_count, kOneQ16);
+    int faster = acceleration_at(soil.curve, source, failure.slope) / params.substep_count;
+    // Of short steps in large voxels that is less than a unit. See the end of slide_soil(): by its speed it knows what is driven.
+    if (params.slides != 0) faster = max(1, faster);
+    speed = min(speed + faster, kOneQ16);
     int amount = slip_amount(wedge, speed, failure.flow, slices);
     bool goes = shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, waits, failure, slices);
     // What is too little for a share at the full rate will not go at any: it stands, and drives nothing.

@@ -48,7 +48,7 @@ int place_shift;         // bits by which place_code() cuts a voxel's height
 int slide_stamp;         // as slip_stamp, of slide_soil
 int slides;              // 1: soil on the ground keeps its momentum until friction has taken it; 0: the ground takes it at once
 int slide_count;         // slide passes in a base step
-int slide_kick;          // gravity (Q16) that sets sliding soil in motion in this slip pass
+int slide_kick;          // gravity (Q24) that sets sliding soil in motion in this slip pass
 int water_count;         // 1: soil takes water, and water_plane has it; 0: there is no such plane
 int water_plane;
 int rain_units;          // water that falls on a column in this water step, water units

@@ -392,7 +392,7 @@ TEST_P(Slippage, that_sets_soil_in_motion_follows_the_oracle) {
     StageBench bench(def);
     prepare(bench, GetParam());
     const oracle::Field before = bench.to_field(bench.read());
-    bench.impl().params.slide_kick = bench.impl().params.gravity_q16;
+    bench.impl().params.slide_kick = bench.impl().params.gravity_q16 * kOneQ8;
     bench.slip(1);
     const oracle::Model model = bench.model();
     const oracle::Slippage expected = oracle::slip_soil(

@@ -385,7 +385,7 @@ oracle::Model StageBench::model(int substeps) const {
     model.shelter = p.shelter;
     model.step_s = impl_->def.step_s;
     model.pass = static_cast<uint32_t>(p.chance);  // of the last pass
-    model.slide_kick = impl_->params.slide_kick * kUnit;
+    model.slide_kick = impl_->params.slide_kick * kUnit / kOneQ8;
     model.slide_count = impl_->params.slide_count;
     for (const MaterialDef& material : impl_->materials) {
         if (p.bank_strength > 0) {

@@ -152,7 +152,7 @@ void Passes::slip(int pass, int passes) {
         static_cast<int>(std::lround(kSlipDistanceM / core_.frame.voxel_m)), 1, kSlipStrideMost);
     const bool is_last = pass == passes - 1;
     core_.params.slide_kick = core_.params.slides != 0 && is_last
-                                  ? core_.params.gravity_q16 / core_.params.substep_count
+                                  ? core_.params.gravity_q16 * kOneQ8 / core_.params.substep_count
                                   : 0;
     const int stride = pass < passes - least ? stride_most : 1;
     // Else they were built for the banks.
