@@ -132,6 +132,19 @@ TEST(Rigs, results_do_not_depend_on_the_number_of_cores) {
     EXPECT_GT(*one.number(0, "force_n"), 1);
 }
 
+// Its rim's voxels reach half a voxel and more beyond its radius: three voxels had run out by 0.138
+// of it.
+TEST(Rigs, column_that_stands_has_not_run_out) {
+    const CsvTable table = results_of(
+        "[soil]\nsize_m = [1.6, 1.6, 0.8]\nvoxel_m = 0.1\nmaterial = \"soil\"\n"
+        "[[material]]\nname = \"soil\"\nbase = \"dry_sand\"\ncohesion_pa = 200000\n"
+        "loose_cohesion_fraction = 1\n[column]\nradius_m = 0.3\nheight_m = 0.6\n",
+        "column");
+    ASSERT_EQ(table.rows.size(), 1u);
+    EXPECT_DOUBLE_EQ(*table.number(0, "slope_deg"), 90);
+    EXPECT_DOUBLE_EQ(*table.number(0, "run_out"), 0);
+}
+
 // Six steps are no time to come to rest in.
 TEST(Rigs, heap_that_still_moves_at_the_end_fails) {
     for (const char* duration_s : {"0.1", "20"}) {

@@ -83,6 +83,9 @@ Result<RigOutput> run_column(const RigSetup& setup, const ColumnItem& column,
         soil.fill(CylinderFill{base_m, column.radius_m, column.height_m, material.name});
     if (!filled) return Error{setup.scene.message(column.at, filled.error())};
 
+    // Its rim's voxels reach out further than its radius.
+    const double placed_reach_m = heap_of(soil, column).reach_m;
+
     RigOutput out;
     out.series_columns = {"time_s", "height_m", "reach_m", "beyond_m3"};
     double time_s = 0, rest_s = std::numeric_limits<double>::quiet_NaN();
@@ -105,7 +108,7 @@ Result<RigOutput> run_column(const RigSetup& setup, const ColumnItem& column,
     const double steepest_rad = steepest_face_rad(material, def.gravity_m_s2, heap.height_m);
     out.results.push_back({slope_rad / kDegree, material.friction_angle_rad / kDegree,
                            steepest_rad / kDegree, heap.height_m,
-                           (heap.reach_m - column.radius_m) / column.radius_m, rest_s});
+                           (heap.reach_m - placed_reach_m) / column.radius_m, rest_s});
     out.status = status_texts(soil.status_bits());
     if (std::isnan(rest_s)) out.faults.push_back("moving: the heap was not at rest at the end");
     return out;
