@@ -1,6 +1,7 @@
 /// The scenes of the project, their documentation, and the files scenes read.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -306,6 +307,23 @@ TEST(Baseline, differences_say_where_and_by_how_much) {
     found.erase("steps");
     EXPECT_EQ(compare_baselines(expected, found, 0.3),
               std::vector<std::string>{"steps: expected, but not there"});
+}
+
+// A body that had blown up is null in a baseline, and equal to one that has blown up.
+TEST(Baseline, what_is_no_number_equals_nothing) {
+    using Json = nlohmann::ordered_json;
+    const double nan = std::nan("");
+    const Json lost{{"status", Json::array()}, {"end", {{"x", {1.0, nan}}}}};
+    const Json sound{{"status", Json::array()}, {"end", {{"x", {1.0, 2.0}}}}};
+    const Json saved = Json::parse(lost.dump());
+    EXPECT_EQ(compare_baselines(saved, lost, 0),
+              std::vector<std::string>{"end.x[1]: expected null, found no number"});
+    EXPECT_EQ(compare_baselines(sound, lost, 0.5),
+              std::vector<std::string>{"end.x[1]: expected 2.0, found no number"});
+    EXPECT_EQ(compare_baselines(saved, sound, 0.5).size(), 1u);
+    EXPECT_TRUE(compare_baselines(sound, sound, 0.5).empty());
+    EXPECT_EQ(not_a_number_in(lost), "end.x[1]");
+    EXPECT_EQ(not_a_number_in(sound), std::nullopt);
 }
 
 }  // namespace

@@ -58,7 +58,12 @@ int check(CheckArguments& arguments) {
         recorder.observe();
     }
     const nlohmann::ordered_json found = recorder.finish();
-    if (arguments.update) return write_baseline(arguments.baseline, found);
+    if (arguments.update) {
+        const auto where = scene::not_a_number_in(found);
+        if (!where) return write_baseline(arguments.baseline, found);
+        return could_not(
+            fmt::format("{}: not written, {} is no number", arguments.baseline, *where));
+    }
 
     const std::vector<std::string> differences =
         scene::compare_baselines(expected, found, arguments.tolerance);

@@ -19,6 +19,11 @@ constexpr int kMomentCount = 8;
 void compare(const std::string& where, const Json& expected, const Json& found, double tolerance,
              std::vector<std::string>& differences) {
     if (tolerance > 0 && where.ends_with("checksum")) return;
+    if (found.is_null()) {
+        differences.push_back(
+            fmt::format("{}: expected {}, found no number", where, expected.dump()));
+        return;
+    }
     if (expected.is_number() && found.is_number()) {
         if (expected == found) return;
         const double a = expected.get<double>(), b = found.get<double>();
@@ -49,6 +54,21 @@ void compare(const std::string& where, const Json& expected, const Json& found, 
             fmt::format("{}: expected {}, found {}", where, expected.dump(), found.dump()));
     }
 }
+
+std::optional<std::string> first_null(const std::string& where, const Json& json) {
+    if (json.is_null()) return where;
+    if (!json.is_structured()) return {};
+    for (const auto& [key, value] : json.items()) {
+        const std::string inside = json.is_array() ? fmt::format("{}[{}]", where, key)
+                                   : where.empty() ? key
+                                                   : where + '.' + key;
+        if (auto found = first_null(inside, value)) return found;
+    }
+    return {};
+}
+
+/// As it would stand in a file: names are in UTF-8 there, and what is no number is null.
+Json as_in_a_file(const Json& json) { return Json::parse(json_text(json)); }
 
 /// Of a baseline file: bytes, and values inside each other. One of ours is 4 deep.
 constexpr size_t kFileCapacity = size_t{64} << 20;
@@ -135,9 +155,12 @@ Json BaselineRecorder::finish() const {
 std::vector<std::string> compare_baselines(const Json& expected, const Json& found,
                                            double tolerance) {
     std::vector<std::string> differences;
-    // As it would stand in a file: names are in UTF-8 there.
-    compare("", expected, Json::parse(json_text(found)), tolerance, differences);
+    compare("", expected, as_in_a_file(found), tolerance, differences);
     return differences;
+}
+
+std::optional<std::string> not_a_number_in(const Json& baseline) {
+    return first_null({}, as_in_a_file(baseline));
 }
 
 }  // namespace bsoil::scene

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,13 +32,16 @@ class BaselineRecorder {
     nlohmann::ordered_json trajectory_;
 };
 
+/// Where a baseline holds what is no number: JSON has null for it. None: nowhere.
+std::optional<std::string> not_a_number_in(const nlohmann::ordered_json& baseline);
+
 /// A baseline's file. Error: it cannot be read, is none, or holds values inside each other deeper
 /// than any baseline does.
 Result<nlohmann::ordered_json> read_baseline(const std::string& path);
 
 /// Every difference, one a line: where it is, both values and by how much. Numbers may differ by
 /// `tolerance` times the larger of 1 and the expected value; with a tolerance above 0 checksums are
-/// not compared.
+/// not compared. What is found and is no number (NaN, infinite) differs from all, itself too.
 std::vector<std::string> compare_baselines(const nlohmann::ordered_json& expected,
                                            const nlohmann::ordered_json& found, double tolerance);
 
