@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "reading/scene_load.h"
@@ -133,6 +134,40 @@ TEST(RunChecks, speed_of_a_driven_body_is_steady) {
         "min_m_s = 0.099\nmax_m_s = 0.101\nfrom_s = ";
     EXPECT_TRUE(passes(driven + "0.1"));
     EXPECT_FALSE(passes(driven + "0")) << "it starts from rest";
+}
+
+// A body that had blown up was passed over by the comparisons of three of these.
+TEST(RunChecks, what_is_no_number_passes_none) {
+    const std::string check = "[[check]]\nbody = \"a\"\nkind = ";
+    const Scene scene = sand_scene(kSand + kBlock + check + "\"body_rise\"\nmax_m = 10\n" + check +
+                                   "\"body_height\"\nmin_m = -10\nmax_m = 10\n" + check +
+                                   "\"speed_steady\"\nmax_deviation_fraction = 100\n" + check +
+                                   "\"distance_travelled\"\nmax_m = 10\n" + check +
+                                   "\"body_at_rest\"\nby_s = 0.9\n" +
+                                   "[[check]]\nkind = \"energy_not_rising\"\ntolerance_j = 1e6\n");
+    for (const bool blows_up : {false, true}) {
+        auto run = SceneRun::create(scene, {.backend = Backend::cpu, .thread_count = 1});
+        ASSERT_TRUE(run) << run.error();
+        RunChecks checks(**run);
+        while (!(*run)->finished()) {
+            if (blows_up && (*run)->step_count() == 30) {
+                btRigidBody& body = *(*run)->bullet().bodies().front().body;
+                const btVector3 lost(btScalar(NAN), btScalar(NAN), btScalar(NAN));
+                btTransform pose = body.getWorldTransform();
+                pose.setOrigin(lost);
+                body.setWorldTransform(pose);
+                body.setLinearVelocity(lost);
+            }
+            (*run)->step();
+            checks.observe();
+        }
+        const std::vector<CheckResult> results = checks.results();
+        ASSERT_EQ(results.size(), 7u);
+        for (size_t i = 1; i < results.size(); ++i) {  // behind soil_conserved
+            EXPECT_EQ(results[i].verdict == CheckResult::Verdict::pass, !blows_up)
+                << results[i].name << ": " << results[i].figure;
+        }
+    }
 }
 
 TEST(RunChecks, check_that_the_run_does_not_reach_says_so) {

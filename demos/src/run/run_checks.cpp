@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "scene/rotations.h"
 
@@ -222,9 +223,12 @@ void RunChecks::observe(Watch& w) const {
     } else if (item.kind == "body_force" && run_.time_s() > item.from_s && in_window(item)) {
         const auto& bodies = run_.bullet().bodies();
         for (size_t b = 0; b < bodies.size(); ++b) {
-            if (bodies[b].name == item.body) {
-                w.peak_n = std::max(w.peak_n, run_.readings()[b].peak_force_n);
-            }
+            if (bodies[b].name != item.body) continue;
+            const BodyReading& reading = run_.readings()[b];
+            const bool is_number = is_finite(reading.force_n);
+            // The larger of NaN and another is NaN, but not the other way round.
+            w.peak_n = is_number ? std::max(w.peak_n, reading.peak_force_n)
+                                 : std::numeric_limits<double>::quiet_NaN();
         }
     }
 }
@@ -443,7 +447,12 @@ CheckResult RunChecks::result(const Watch& w) const {
     const Judge* judge = std::ranges::find(kJudges, item.kind, &Judge::kind);
     assert(judge != std::end(kJudges));  // the schema knows the kinds
     const double end_s = item.to_s.value_or(run_.scene().world.duration_s);
-    if (judge->needs_samples && (!reached(end_s) || w.samples.empty())) {
+    const bool are_numbers =
+        std::ranges::all_of(w.samples, [](double sample) { return std::isfinite(sample); });
+    if (!are_numbers) {  // comparisons pass over what is none
+        result.verdict = Verdict::fail;
+        result.figure = "it was no number at some time";
+    } else if (judge->needs_samples && (!reached(end_s) || w.samples.empty())) {
         not_reached(result, end_s);
     } else {
         (this->*judge->judge)(w, result);
