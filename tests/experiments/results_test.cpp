@@ -147,6 +147,22 @@ TEST(ExperimentResults, expectations_fail_where_a_row_or_a_group_has_no_figure) 
     EXPECT_EQ(verdict(error).kind, Verdict::Kind::pass);
 }
 
+// It passed by the other rows.
+TEST(ExperimentResults, expectation_on_errors_fails_where_a_measured_row_has_no_result) {
+    CsvTable table{{"point", "draft_n"}, {{"0", "110"}, {"1", ""}, {"2", ""}}};
+    add_measured(table, {{"point", "draft_n"}, {{0, 100}, {2, 100}}}, {"point"});
+    Experiment experiment;
+    ExpectItem expect;
+    expect.column = "draft_n_error";
+    expect.max = 0.2;
+    experiment.expectations = {expect};
+    const Verdict verdict = check_expectations(experiment, table)[0];
+    EXPECT_EQ(verdict.kind, Verdict::Kind::fail);
+    EXPECT_NE(verdict.text.find("1 of 3 rows have no figure"), std::string::npos) << verdict.text;
+    table.rows.pop_back();  // that of point 1 was not measured
+    EXPECT_EQ(check_expectations(experiment, table)[0].kind, Verdict::Kind::pass);
+}
+
 TEST(ExperimentResults, plot_shows_curves_and_measured_points) {
     Experiment experiment;
     experiment.rig = "blade";
