@@ -189,6 +189,11 @@ TEST_F(Render, empty_voxels_hide_nothing_and_removed_volumes_are_gone) {
               std::string::npos);
     view.volumes[0].sight_m = 0;
     EXPECT_NE(renderer_->render(view).error().find("Volume::sight_m"), std::string::npos);
+    view.volumes[0].sight_m = 0.01;
+    view.volumes[0].pose.rotation.y = NAN;  // rays went nowhere
+    const Result<Image> turned = renderer_->render(view);
+    ASSERT_FALSE(turned);
+    EXPECT_NE(turned.error().find("Volume::pose"), std::string::npos);
 }
 
 }  // namespace

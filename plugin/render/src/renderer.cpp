@@ -57,7 +57,7 @@ Status validate_view(const View& view) {
         if (!(volume.threshold >= 0 && volume.threshold <= 0.9)) {
             return out_of_range("Volume::threshold", volume.threshold, "in 0..0.9");
         }
-        if (!is_finite(volume.pose.position)) return Error{"Volume::pose must be finite"};
+        if (!is_finite(volume.pose)) return Error{"Volume::pose must be finite"};
     }
     if (view.cut && !(is_finite(view.cut->normal) && std::isfinite(view.cut->offset))) {
         return Error{"View::cut must be finite"};
