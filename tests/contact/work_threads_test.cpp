@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstring>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -40,6 +41,18 @@ TEST(WorkThreads, work_within_a_part) {
         }
     });
     for (const std::vector<int>& part : done) EXPECT_EQ(part, std::vector<int>(300, 1));
+}
+
+// SurfaceMeshDef::thread_count comes as its host has set it, and TBB crashes for 2^31 of them.
+TEST(WorkThreads, as_many_as_nobody_has_are_no_more_than_may_be) {
+    for (const int count : {std::numeric_limits<int>::max(), -5}) {
+        const WorkThreads threads(count);
+        std::vector<int> done(1000);
+        threads.for_ranges(done.size(), 1, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) ++done[i];
+        });
+        EXPECT_EQ(done, std::vector<int>(1000, 1)) << count;
+    }
 }
 
 TEST(WorkThreads, no_threads_is_this_thread) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "bsoil/backend_choice.h"
 #include "soil_fixture.h"
 
 namespace bsoil::hostile_input_test {
@@ -40,7 +41,7 @@ TEST(SoilDefinition, every_field_out_of_range_is_named) {
     add("overflow_passes", [](SoilDef& d) -> int& { return d.overflow_passes; }, {-1, 65});
     add("substeps_max", [](SoilDef& d) -> int& { return d.substeps_max; }, {0, -1, 33});
     add("tile_capacity", [](SoilDef& d) -> int& { return d.tile_capacity; }, {-1});
-    add("thread_count", [](SoilDef& d) -> int& { return d.thread_count; }, {-1});
+    add("thread_count", [](SoilDef& d) -> int& { return d.thread_count; }, {-1, 1025});
     add("yaw_rad", [](SoilDef& d) -> double& { return d.yaw_rad; }, {kNan, kInfinity, 90});
     add("floor_center_m", [](SoilDef& d) -> double& { return d.floor_center_m.y; },
         {kNan, kInfinity, 1.1e7, -1e300});
@@ -267,6 +268,15 @@ TEST(HostileGrid, tiles_outside_of_it_are_empty) {
         soil->read_terrain(tx, ty, solid);
         EXPECT_EQ(*std::ranges::max_element(solid), 0) << tx << ", " << ty;
     }
+}
+
+TEST(ChooseBackend, takes_as_many_threads_as_a_soil_does) {
+    for (const int count : {-1, 1025, std::numeric_limits<int>::max()}) {
+        const auto chosen = choose_backend(Backend::cpu, count);
+        ASSERT_FALSE(chosen) << count;
+        EXPECT_NE(chosen.error().find("thread_count"), std::string::npos) << chosen.error();
+    }
+    EXPECT_TRUE(choose_backend(Backend::cpu, 1));
 }
 
 TEST(Terrain, a_closed_mesh_has_its_volume) {

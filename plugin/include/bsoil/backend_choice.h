@@ -17,7 +17,7 @@ struct BackendChoice {
     std::string reason;        ///< why this one, in a sentence
 };
 /// What Soil::create takes for SoilDef::backend and SoilDef::thread_count. The error says what the
-/// backend lacks. Compiles the kernels where the choice is OpenGL.
+/// backend lacks, or which number is out of range. Compiles the kernels where the choice is OpenGL.
 Result<BackendChoice> choose_backend(Backend backend, int thread_count);
 
 }  // namespace bsoil

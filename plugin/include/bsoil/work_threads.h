@@ -13,7 +13,9 @@ namespace bsoil {
 /// result is the same on any number of threads. May be used from within a part.
 class WorkThreads {
   public:
-    /// count: 0 = all cores.
+    /// Larger counts are taken for this one, the most that SoilDef::thread_count may be.
+    static constexpr int kCountMost = 1024;
+    /// count: 0 or less = all cores.
     explicit WorkThreads(int count);
     ~WorkThreads();
     WorkThreads(const WorkThreads&) = delete;

@@ -2,6 +2,8 @@
 
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 #include "device/parallel_ranges.h"
 
 namespace bsoil {
@@ -11,7 +13,8 @@ struct WorkThreads::Arena {
 };
 
 WorkThreads::WorkThreads(int count)
-    : arena_(new Arena{tbb::task_arena(count > 0 ? count : tbb::task_arena::automatic)}) {}
+    : arena_(new Arena{
+          tbb::task_arena(count > 0 ? std::min(count, kCountMost) : tbb::task_arena::automatic)}) {}
 
 WorkThreads::~WorkThreads() = default;
 

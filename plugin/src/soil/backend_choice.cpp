@@ -29,6 +29,9 @@ Result<std::unique_ptr<device::Device>> create_device(Backend backend, int threa
 }
 
 Result<BackendChoice> choose_backend(Backend backend, int thread_count) {
+    SoilDef def;
+    def.thread_count = thread_count;
+    if (const Status sound = def.validate(); !sound) return Error{sound.error()};
     BackendChoice choice;
     const auto made = create_device(backend, thread_count, choice.reason);
     if (!made) return Error{made.error()};
