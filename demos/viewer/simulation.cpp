@@ -13,8 +13,9 @@ namespace {
 
 constexpr double kFollowShare = 0.05;  ///< of its distance a camera moves before surfaces follow
 constexpr size_t kNotesMost = 40;
-constexpr double kSpeedSmoothing = 0.1;  ///< share of the newest step in the mean speed
-constexpr double kBehindMostS = 0.25;    ///< time that a slow machine does not make up for
+constexpr char kUnitsSection[] = "host.brush";  ///< in snapshots: what brushes put in, took out
+constexpr double kSpeedSmoothing = 0.1;         ///< share of the newest step in the mean speed
+constexpr double kBehindMostS = 0.25;           ///< time that a slow machine does not make up for
 
 ConvexShape sphere(double radius_m) {
     ConvexShape shape;
@@ -39,7 +40,9 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const scene::Scene& scene
     simulation->start_poses_ = simulation->run_->start_poses();
     if (!snapshot.empty()) {
         scene::SceneRun& run = *simulation->run_;
-        if (const Status loaded = run.load(snapshot); !loaded) return Error{loaded.error()};
+        if (const Status loaded = simulation->load_state(snapshot); !loaded) {
+            return Error{loaded.error()};
+        }
         if (run.has_soil()) {
             simulation->soil_def_ = run.soil().def();
             simulation->soil_def_.materials = run.soil().materials();
@@ -302,9 +305,10 @@ void Simulation::reset() {
 void Simulation::save(const std::string& path) {
     post([this, path] {
         hand_->let_go();
-        const Status saved = run_->save(path);
+        StateStream units;
+        list_units(units);
+        const Status saved = run_->save(path, {{kUnitsSection, units.bytes()}});
         note(saved ? "saved " + path : saved.error());
-        if (saved) saved_units_[path] = {units_in_, units_out_};
     });
 }
 
@@ -312,21 +316,28 @@ void Simulation::load(const std::string& path) {
     post([this, path] {
         hand_->let_go();
         const Status loaded = load_state(path);
+        if (loaded && run_->has_soil()) apply_soil(soil_def_);  // what the sliders say stays
         note(loaded ? "loaded " + path : loaded.error());
     });
 }
 
-/// A state comes with the soil that was saved. What the sliders say is put on it afterwards.
+void Simulation::list_units(StateStream& stream) { stream(units_in_, units_out_); }
+
+/// A state comes with the soil that was saved, and with what brushes had done to it.
 Status Simulation::load_state(const std::string& path) {
     const Status loaded = run_->load(path);
     if (!loaded || !run_->has_soil()) return loaded;
-    apply_soil(soil_def_);
-    SavedUnits none{std::vector<int64_t>(units_in_.size(), 0), {}};
-    none.out = none.in;
-    const auto known = saved_units_.find(path);
-    const SavedUnits& saved = known == saved_units_.end() ? none : known->second;
-    units_in_ = saved.in;
-    units_out_ = saved.out;
+    const size_t count = run_->soil().materials().size();
+    const auto sections = read_snapshot_file(path);
+    if (const auto* saved = sections ? find_section(*sections, kUnitsSection) : nullptr) {
+        StateStream stream(*saved);
+        list_units(stream);
+        if (stream.at_end() && units_in_.size() == count && units_out_.size() == count) {
+            return loaded;
+        }
+    }
+    units_in_.assign(count, 0);  // of a run without brushes
+    units_out_ = units_in_;
     return loaded;
 }
 

@@ -6,7 +6,6 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -93,12 +92,8 @@ class Simulation {
     void apply_tool_surface();
     void apply_soil(const SoilDef& def);
     Status load_state(const std::string& path);
+    void list_units(StateStream& stream);
     std::optional<Vec3> soil_along(Vec3 from_m, Vec3 to_m) const;
-
-    /// What a snapshot does not say of its soil: brushes.
-    struct SavedUnits {
-        std::vector<int64_t> in, out;
-    };
 
     const scene::Scene& scene_;
     scene::RunDef def_;
@@ -117,11 +112,10 @@ class Simulation {
     bool was_at_rest_ = true;                    ///< all soil, in the last picture
     std::unique_ptr<scene::SoilVolume> volume_;  ///< while it is shown
     SurfaceFriction tool_surface_;
-    SoilDef soil_def_;                               ///< what the soil is to be
-    std::map<std::string, SavedUnits> saved_units_;  ///< by the file that has the state
+    SoilDef soil_def_;  ///< what the soil is to be
     int debug_mode_ = 0;
     double pace_ = 1;
-    std::vector<int64_t> units_in_, units_out_;
+    std::vector<int64_t> units_in_, units_out_;  ///< by brushes
     std::vector<std::string> notes_;
     uint64_t world_ = 0;
     double step_ms_ = 0, soil_ms_ = 0, mesh_ms_ = 0, steps_per_s_ = 0;
