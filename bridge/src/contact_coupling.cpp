@@ -45,17 +45,17 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         std::equal(by_id_.begin(), by_id_.end(), sorted_ids_.begin(), sorted_ids_.end(),
                    [](const BodyState* body, int id) { return body->id == id; });
     if (!are_unchanged || !are_same_bodies) sort_by_body(contacts);
-    const auto voxels_of = [this](int id) {
-        const auto rank = static_cast<size_t>(rank_of(id));
-        return std::span(by_body_).subspan(starts_[rank], starts_[rank + 1] - starts_[rank]);
-    };
     for (auto& [id, coupled] : coupled_) coupled.seen = false;
     size_t count = 0;
     for (const BodyState& body : bodies) {
-        const std::span<const ContactVoxel> voxels = voxels_of(body.id);
-        if (voxels.empty() && !coupled_.contains(body.id)) continue;
+        const auto rank = static_cast<size_t>(rank_of(body.id));
+        const size_t first = starts_[rank], own = starts_[rank + 1] - first;
+        if (own == 0 && !coupled_.contains(body.id)) continue;
         if (count == works_.size()) works_.emplace_back();
-        prepare(works_[count++], body, voxels, duration_s, are_unchanged);
+        BodyWork& work = works_[count++];
+        work.voxels = std::span(by_body_).subspan(first, own);
+        work.carriers = std::span(carriers_).subspan(first, own);
+        prepare(work, body, duration_s, are_unchanged);
     }
     const std::span works = std::span(works_).first(count);
     if (std::ranges::any_of(
@@ -85,9 +85,9 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
     }
 }
 
-void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
-                              std::span<const ContactVoxel> voxels, double duration_s,
+void ContactCoupling::prepare(BodyWork& work, const BodyState& body, double duration_s,
                               bool are_unchanged) {
+    const std::span<const ContactVoxel> voxels = work.voxels;
     CoupledBody& coupled = coupled_[body.id];
     coupled.seen = true;
     if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
@@ -99,14 +99,13 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body,
     }
     coupled.body = body;
     work.coupled = &coupled;
-    work.voxels = voxels;
     const bool is_sleeper =
         body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
     if (!is_sleeper) {
         work.kind = BodyWork::Kind::moved;
         coupled.slept_voxels.reset();
         update_law(coupled);
-        update_carriers(coupled, voxels);
+        update_carriers(coupled, work.carriers);
         update_motions(coupled, voxels, duration_s);
         return;
     }
@@ -137,13 +136,18 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     for (const BodyState* body : by_id_) sorted_ids_.push_back(body->id);
     starts_.assign(by_id_.size() + 1, 0);
     ranks_.resize(contacts.size());
-    for (size_t i = 0; i < contacts.size(); ++i) {
-        const bool is_same = i > 0 && contacts[i].body == contacts[i - 1].body;
-        ranks_[i] = is_same ? ranks_[i - 1] : rank_of(contacts[i].body);
-        if (ranks_[i] >= 0) ++starts_[static_cast<size_t>(ranks_[i]) + 1];
+    for_ranges(&threads_, contacts.size(), kRangeContacts, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const bool is_same = i > first && contacts[i].body == contacts[i - 1].body;
+            ranks_[i] = is_same ? ranks_[i - 1] : rank_of(contacts[i].body);
+        }
+    });
+    for (const int rank : ranks_) {
+        if (rank >= 0) ++starts_[static_cast<size_t>(rank) + 1];
     }
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
     by_body_.resize(starts_.back());
+    carriers_.resize(starts_.back());
     next_.assign(starts_.begin(), starts_.end());
     places_.resize(contacts.size());
     for (size_t i = 0; i < contacts.size(); ++i) {
@@ -151,7 +155,9 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
     }
     for_ranges(&threads_, contacts.size(), kRangeContacts, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
-            if (ranks_[i] >= 0) by_body_[places_[i]] = contacts[i];
+            if (ranks_[i] < 0) continue;
+            by_body_[places_[i]] = contacts[i];
+            carriers_[places_[i]] = contacts[i].carrier;
         }
     });
 }
@@ -257,10 +263,10 @@ void ContactCoupling::report_contact(const BodyWork& work) {
     for (const ContactPatch& p : work.found.patches()) coupled.limits_n[p.bin] += p.normal_limit_n;
 }
 
-void ContactCoupling::update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels) {
+void ContactCoupling::update_carriers(CoupledBody& coupled, std::span<const int> carriers) {
     carrier_ids_.assign(1, -1);
-    for (const ContactVoxel& v : voxels) {
-        if (v.carrier != carrier_ids_.back()) carrier_ids_.push_back(v.carrier);
+    for (const int carrier : carriers) {
+        if (carrier != carrier_ids_.back()) carrier_ids_.push_back(carrier);
     }
     std::sort(carrier_ids_.begin(), carrier_ids_.end());
     carrier_ids_.erase(std::unique(carrier_ids_.begin(), carrier_ids_.end()), carrier_ids_.end());
@@ -294,7 +300,7 @@ void ContactCoupling::update_motions(CoupledBody& coupled, std::span<const Conta
         const bool is_averaged = is_solved && !is_new && !coupled.body.is_asleep;
         const BodyMotion* under = id >= 0 ? &coupled.carriers[i].body.motion : nullptr;
         coupled.motions[i].advance(coupled.body.motion, under, voxels, duration_s,
-                                   {is_solved, is_averaged, soil_->voxel_m});
+                                   {is_solved, is_averaged, soil_->voxel_m}, &threads_);
     }
 }
 

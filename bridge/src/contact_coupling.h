@@ -111,12 +111,12 @@ class ContactCoupling {
         Kind kind = Kind::moved;
         CoupledBody* coupled = nullptr;
         std::span<const ContactVoxel> voxels;
+        std::span<const int> carriers;            ///< ContactVoxel::carrier of each
         std::vector<PressedSoil> pressed_around;  ///< of pressed_, what may lie beside it
         ContactPatches found;
         BodyContact contact;
     };
-    void prepare(BodyWork& work, const BodyState& body, std::span<const ContactVoxel> voxels,
-                 double duration_s, bool are_unchanged);
+    void prepare(BodyWork& work, const BodyState& body, double duration_s, bool are_unchanged);
     /// What other bodies know of the soil beside a body, before any of them learns more.
     void find_pressed_around(BodyWork& work) const;
     /// The faces of all bodies' contacts; soles beside each other are one.
@@ -142,7 +142,7 @@ class ContactCoupling {
     /// Limits grow with the depth that bodies have sunk by since their contacts were found.
     void deepen();
     /// Keeps what is known of carriers that were there before.
-    void update_carriers(CoupledBody& coupled, std::span<const ContactVoxel> voxels);
+    void update_carriers(CoupledBody& coupled, std::span<const int> carriers);
     /// After update_carriers.
     void update_motions(CoupledBody& coupled, std::span<const ContactVoxel> voxels,
                         double duration_s) const;
@@ -161,6 +161,7 @@ class ContactCoupling {
     bool is_late_ = false;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
+    std::vector<int> carriers_;  ///< of by_body_
     std::vector<BodySoles> soles_;
     std::vector<size_t> starts_, next_;
     std::vector<size_t> places_;   ///< of each contact in by_body_, where ranks_ is not -1

@@ -31,8 +31,8 @@ BodyContact DrivenBody::advance(const SoilBody& body, std::span<const ContactVox
     const double step_s = soil_.def().step_s;
     const BodyMotion now{body.pose, body.center_of_mass_m, body.linear_velocity_m_s,
                          body.angular_velocity_rad_s};
-    motion_.advance(now, nullptr, own_, step_s, {false, false, law_->voxel_m()});
     const WorkThreads* threads = &soil_.threads();
+    motion_.advance(now, nullptr, own_, step_s, {false, false, law_->voxel_m()}, threads);
     const auto history = memory_.advance(own_, now, *law_, step_s, {}, {}, threads);
     const BodyContact out = found_.find(own_, {&motion_, 1}, *law_, history, threads);
     soil_.known_contacts().set_width(body_, out.width_m);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bsoil/body.h"
+#include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
 namespace bsoil {
@@ -68,10 +69,10 @@ struct ContactMotion {
 
     /// Moves on by `duration_s` to the body's motion as it is now. under: the motion of the
     /// carrier, or null for the ground. voxels: of the body; those of this carrier say how far it
-    /// reaches.
+    /// reaches. threads: to share the work, or null.
     void advance(const BodyMotion& body, const BodyMotion* under,
                  std::span<const ContactVoxel> voxels, double duration_s,
-                 const MotionSource& source);
+                 const MotionSource& source, const WorkThreads* threads = nullptr);
 };
 /// The one of a voxel's or a patch's carrier; the first where there is none of its own.
 inline const ContactMotion& motion_for(std::span<const ContactMotion> motions, int carrier) {
