@@ -21,9 +21,17 @@ std::array<Vec3, 2> level_axes(Vec3 up) {
     return {a, cross(up, a)};
 }
 
-void FaceMoments::add(const ContactVoxel& v, double a, double b, double upright) {
-    // What only brushes the soil, like a wheel's rim above its rut, bears nothing.
-    const double w = v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0;
+// What only brushes the soil, like a wheel's rim above its rut, bears nothing.
+FaceElement::FaceElement(const ContactVoxel& v, double place_a, double place_b, double upright)
+    : area_m2(v.bearing_depth_m > 0 ? v.area_m2 * v.touching : 0),
+      a(place_a),
+      b(place_b),
+      depth_m(v.bearing_depth_m),
+      foot_m(v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2)),
+      relative_density(v.relative_density) {}
+
+void FaceMoments::add(const FaceElement& element) {
+    const double w = element.area_m2, a = element.a, b = element.b;
     if (!(w > 0)) return;
     area_m2 += w;
     square_m4 += w * w;
@@ -32,10 +40,10 @@ void FaceMoments::add(const ContactVoxel& v, double a, double b, double upright)
     second_aa += w * a * a;
     second_ab += w * a * b;
     second_bb += w * b * b;
-    depth_m = std::max(depth_m, v.bearing_depth_m);
-    foot_m = std::max(foot_m, v.bearing_depth_m + upright / 2 * std::sqrt(v.area_m2));
-    if (v.relative_density >= 0) {
-        density_m2 += w * v.relative_density;
+    depth_m = std::max(depth_m, element.depth_m);
+    foot_m = std::max(foot_m, element.foot_m);
+    if (element.relative_density >= 0) {
+        density_m2 += w * element.relative_density;
         of_known_density_m2 += w;
     }
 }
@@ -104,7 +112,7 @@ void ContactFaces::sort_cells() {
     for (auto row = cells_.begin(); row != cells_.end();) {
         const auto end =
             std::find_if(row, cells_.end(), [&](const Cell& c) { return c.x != row->x; });
-        std::sort(row, end, lies_before);
+        if (!std::is_sorted(row, end, lies_before)) std::sort(row, end, lies_before);
         row = end;
     }
 }
@@ -166,10 +174,12 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             // Whole voxels apart: rounding does not decide where the grid lies along the axes.
             const Vec3 place = (v.center_m - voxels.front().center_m) * (1 / element_m);
             return Place{.x = std::llround(dot(place, axis_a)),
-                         .y = std::llround(dot(place, axis_b))};
+                         .y = std::llround(dot(place, axis_b)),
+                         .element = {v, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0}};
         }
         const int bin = dominant_axis_bin(rotate(to_body, v.normal));
-        return Place{.wall = bin, .across_m = dot(v.position_m, across[bin])};
+        const double rise = dot(v.normal, up), upright = std::sqrt(std::max(0.0, 1 - rise * rise));
+        return Place{.wall = bin, .element = {v, dot(v.position_m, across[bin]), 0, upright}};
     };
     for_ranges(threads, voxels.size(), kFaceRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) places_[i] = place_of(voxels[i]);
@@ -184,9 +194,7 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             continue;
         }
         face_of_voxel_[i] = place.wall;
-        const double rise = dot(voxels[i].normal, up);
-        walls[place.wall].add(voxels[i], place.across_m, 0,
-                              std::sqrt(std::max(0.0, 1 - rise * rise)));
+        walls[place.wall].add(place.element);
     }
     for (int bin = 0; bin < kWallBinCount; ++bin) {
         if (!(walls[bin].area_m2 > 0)) continue;
@@ -206,9 +214,9 @@ void ContactFaces::find(std::span<const ContactVoxel> voxels, Quat body_to_world
             soles_.emplace_back();
         }
         for (size_t i = run.first; i < run.last; ++i) {
-            const ContactVoxel& v = voxels[cells_[i].voxel];
-            soles_[face].add(v, dot(v.position_m, axis_a), dot(v.position_m, axis_b), 0);
-            face_of_voxel_[cells_[i].voxel] = kWallBinCount + face;
+            const int voxel = cells_[i].voxel;
+            soles_[face].add(places_[voxel].element);
+            face_of_voxel_[voxel] = kWallBinCount + face;
         }
     }
     for (const FaceMoments& sole : soles_) faces_.push_back(sole.as_sole());

@@ -13,6 +13,16 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// What a face's sums take of one element.
+struct FaceElement {
+    FaceElement() = default;
+    /// a, b: place on the face [m]. upright: sine between the normal and straight down.
+    FaceElement(const ContactVoxel& element, double a, double b, double upright);
+
+    double area_m2 = 0;  ///< 0: it bears nothing, and nothing of it is summed up
+    double a = 0, b = 0, depth_m = 0, foot_m = 0, relative_density = 0;
+};
+
 /// What is summed up of a face's elements.
 struct FaceMoments {
     double area_m2 = 0;
@@ -22,8 +32,8 @@ struct FaceMoments {
     double density_m2 = 0, of_known_density_m2 = 0;  ///< sum of density times area; that area
     double depth_m = 0, foot_m = 0;                  ///< as of FaceExtent
 
-    /// a, b: place on the face [m]. upright: sine between the normal and straight down.
-    void add(const ContactVoxel& element, double a, double b, double upright);
+    /// Of an element.
+    void add(const FaceElement& element);
     /// Of a face that goes on.
     void add(const FaceMoments& other);
     /// Mean over what is known, 0 where nothing is.
@@ -69,8 +79,8 @@ class ContactFaces {
     /// Where a voxel lies on its face.
     struct Place {
         int wall = -1;         ///< its axis; -1: on a sole
-        double across_m = 0;   ///< of a wall: along its level side
         int64_t x = 0, y = 0;  ///< of a sole: element seen from above
+        FaceElement element;
     };
     struct Cell {
         int64_t x = 0, y = 0;
