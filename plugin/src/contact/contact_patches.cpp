@@ -193,51 +193,48 @@ class CarrierPatches {
     std::array<PatchSum, kPatchCapacity> sums_{};
 };
 
-/// All of a body's voxels, whatever carries their soil.
-class ContactTotal {
-  public:
-    ContactTotal(Vec3 up, bool mobilized) : up_(up), is_mobilized_(mobilized) {}
+}  // namespace
 
-    /// area_m2: of the voxel's that touches soil. width_m: of its face.
-    void add(const ContactVoxel& v, const ElementYield& yield, double area_m2, double width_m,
-             const ContactMotion& relative) {
-        if (is_mobilized_) {
-            const Vec3 force = area_m2 * yield.mobilized_pa;
-            total_.mobilized_force_n += force;
-            total_.mobilized_torque_n_m +=
-                cross(v.position_m - relative.motion.center_of_mass_m, force);
-            pressure_.add_stress(std::max(0.0, -dot(yield.mobilized_pa, v.normal)), area_m2);
-        }
-        const double limit_n = yield.normal_limit_pa * area_m2;
-        limit_n_ += limit_n;
-        total_.width_m += limit_n * width_m;
-        total_.area_m2 += area_m2;
+/// All of a body's voxels, whatever carries their soil.
+class ContactPatches::Total {
+  public:
+    void add(const Part& part, size_t voxel) {
+        limit_n_ += part.limit_n;
+        total_.width_m += part.width_n_m;
+        total_.area_m2 += part.area_m2;
         // A wall's level has the rim in it that came out from under the sole.
-        const bool on_sole = is_sole(looks_down(v.normal, up_));
-        if (v.depth_m > 0 && (on_sole == has_sole_ ? v.depth_m > total_.depth_m : on_sole)) {
-            has_sole_ = on_sole;
-            total_.depth_m = v.depth_m;
-            total_.deepest_height_m = dot(v.position_m, up_);
+        const bool is_deepest =
+            part.is_on_sole == has_sole_ ? part.depth_m > total_.depth_m : part.is_on_sole;
+        if (part.depth_m > 0 && is_deepest) {
+            has_sole_ = part.is_on_sole;
+            total_.depth_m = part.depth_m;
+            deepest_ = voxel;
         }
-        total_.compression_m = std::max(total_.compression_m, v.compression_m);
+        total_.compression_m = std::max(total_.compression_m, part.compression_m);
     }
-    BodyContact contact() const {
+    /// Where the mobilized parts are asked for.
+    void add_mobilized(const ContactVoxel& v, const Element& element, Vec3 center_m) {
+        const Vec3 force = element.area_m2 * element.yield.mobilized_pa;
+        total_.mobilized_force_n += force;
+        total_.mobilized_torque_n_m += cross(v.position_m - center_m, force);
+        pressure_.add_stress(std::max(0.0, -dot(element.yield.mobilized_pa, v.normal)),
+                             element.area_m2);
+    }
+    BodyContact contact(std::span<const ContactVoxel> voxels, Vec3 up) const {
         BodyContact out = total_;
+        if (total_.depth_m > 0) out.deepest_height_m = dot(voxels[deepest_].position_m, up);
         out.mobilized_pressure_pa = pressure_.pa();
         out.width_m = limit_n_ > 0 ? total_.width_m / limit_n_ : 0;
         return out;
     }
 
   private:
-    Vec3 up_;
-    bool is_mobilized_;
     BodyContact total_;  ///< width_m: times the limits
     MeanPressure pressure_;
     double limit_n_ = 0;
+    size_t deepest_ = 0;
     bool has_sole_ = false;
 };
-
-}  // namespace
 
 BodyContact ContactPatches::find(std::span<const ContactVoxel> voxels,
                                  std::span<const ContactMotion> motions, const ContactLaw& law,
@@ -254,23 +251,19 @@ void ContactPatches::find_faces(std::span<const ContactVoxel> voxels, Quat body_
     faces_.find(voxels, body_to_world, law, std::max(law.voxel_m(), ask.apart_m), threads);
 }
 
-BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
-                                          std::span<const ContactMotion> motions,
-                                          const ContactLaw& law,
-                                          std::span<const ContactHistory> history,
-                                          const WorkThreads* threads, const ContactAsk& ask) {
-    patches_.clear();
-    const double element_m = std::max(law.voxel_m(), ask.apart_m);
+void ContactPatches::find_elements(std::span<const ContactVoxel> voxels,
+                                   std::span<const ContactMotion> motions, const ContactLaw& law,
+                                   std::span<const ContactHistory> history,
+                                   const WorkThreads* threads, const ContactAsk& ask) {
     elements_.resize(voxels.size());
-    for_ranges(threads, voxels.size(), kPatchRangeVoxels, [&](size_t first, size_t last) {
-        for (size_t i = first; i < last; ++i) {
-            const ContactVoxel& v = voxels[i];
-            const ContactMotion& relative = motion_for(motions, v.carrier);
-            const Quat to_body = conjugate(relative.motion.pose.rotation);
-            Element& element = elements_[i];
-            const double area_m2 = v.is_between_walls ? 0 : v.area_m2 * v.touching;
-            element = {{}, area_m2, dominant_axis_bin(rotate(to_body, v.normal))};
-            if (!(element.area_m2 > 0)) continue;  // a stress on no area is no force
+    parts_.resize(voxels.size());
+    const auto find = [&](size_t i) {
+        const ContactVoxel& v = voxels[i];
+        const ContactMotion& relative = motion_for(motions, v.carrier);
+        const Quat to_body = conjugate(relative.motion.pose.rotation);
+        Element& element = elements_[i];
+        element = {{}, v.is_between_walls ? 0 : v.area_m2 * v.touching};
+        if (element.area_m2 > 0) {  // a stress on no area is no force
             element.yield =
                 law.yield({v, faces_.of_voxel(i)},
                           {relative.direction.velocity_at(v.position_m),
@@ -278,13 +271,35 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
                           history.empty() ? kAllDeveloped : history[i]);
             element.area_m2 *= element.yield.area_share;
         }
+        const double limit_n = element.yield.normal_limit_pa * element.area_m2;
+        parts_[i] = {limit_n,
+                     limit_n * faces_.of_voxel(i).width_m,
+                     element.area_m2,
+                     v.depth_m,
+                     v.compression_m,
+                     v.carrier,
+                     static_cast<int8_t>(dominant_axis_bin(rotate(to_body, v.normal))),
+                     is_sole(looks_down(v.normal, law.up()))};
+    };
+    for_ranges(threads, voxels.size(), kPatchRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) find(i);
     });
+}
 
-    ContactTotal total(law.up(), ask.mobilized);
+BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
+                                          std::span<const ContactMotion> motions,
+                                          const ContactLaw& law,
+                                          std::span<const ContactHistory> history,
+                                          const WorkThreads* threads, const ContactAsk& ask) {
+    patches_.clear();
+    const double element_m = std::max(law.voxel_m(), ask.apart_m);
+    find_elements(voxels, motions, law, history, threads, ask);
+
+    Total total;
     const WorkThreads* sharers = voxels.size() < kSharedVoxels ? nullptr : threads;
     for (const ContactMotion& relative : motions) {
         CarrierPatches sums(relative, law, element_m);
-        sort_by_bin(voxels, relative.carrier);
+        sort_by_bin(relative.carrier);
         for_ranges(sharers, kNormalBinCount, 1, [&](size_t first, size_t last) {
             for (size_t bin = first; bin < last; ++bin) {
                 sums.find_centroid(static_cast<int>(bin), of_bin(bin), voxels);
@@ -292,11 +307,19 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
         });
         for_ranges(sharers, by_bin_.size(), kPatchRangeVoxels, [&](size_t first, size_t last) {
             for (size_t k = first; k < last; ++k) {
-                const auto& [yield, area, bin] = elements_[by_bin_[k]];
-                patch_of_[k] = static_cast<int8_t>(area > 0 ? sums.patch_of(voxels[by_bin_[k]], bin)
-                                                            : kNoPatch);
+                const size_t i = by_bin_[k];
+                patch_of_[k] = static_cast<int8_t>(
+                    parts_[i].area_m2 > 0 ? sums.patch_of(voxels[i], parts_[i].bin) : kNoPatch);
             }
         });
+        const auto sum_all = [&] {
+            for (size_t i = 0; i < voxels.size(); ++i) {
+                if (parts_[i].carrier != relative.carrier) continue;
+                total.add(parts_[i], i);
+                if (!ask.mobilized) continue;
+                total.add_mobilized(voxels[i], elements_[i], relative.motion.center_of_mass_m);
+            }
+        };
         const auto sum_patch = [&](int patch) {
             const size_t bin = static_cast<size_t>(patch / kQuadrantCount);
             for (size_t k = bin_starts_[bin]; k < bin_starts_[bin + 1]; ++k) {
@@ -305,15 +328,11 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
                 sums.add(voxels[by_bin_[k]], patch, element.yield, element.area_m2);
             }
         };
-        // Each sum in the order of the voxels, on whichever thread: the longest first.
+        // Each sum in the order of the voxels, on whichever thread.
         for_ranges(sharers, 1 + kPatchCapacity, 1, [&](size_t first, size_t last) {
             for (size_t job = first; job < last; ++job) {
                 if (job == 0) {
-                    for (size_t i = 0; i < voxels.size(); ++i) {
-                        if (voxels[i].carrier != relative.carrier) continue;
-                        const auto& [yield, area, bin] = elements_[i];
-                        total.add(voxels[i], yield, area, faces_.of_voxel(i).width_m, relative);
-                    }
+                    sum_all();
                 } else {
                     sum_patch(static_cast<int>(job) - 1);
                 }
@@ -321,23 +340,23 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
         });
         sums.append_to(patches_);
     }
-    return total.contact();
+    return total.contact(voxels, law.up());
 }
 
 // Stable: each bin's voxels keep their order.
-void ContactPatches::sort_by_bin(std::span<const ContactVoxel> voxels, int carrier) {
+void ContactPatches::sort_by_bin(int carrier) {
     bin_starts_.fill(0);
-    for (size_t i = 0; i < voxels.size(); ++i) {
-        if (voxels[i].carrier == carrier) ++bin_starts_[static_cast<size_t>(elements_[i].bin) + 1];
+    for (const Part& part : parts_) {
+        if (part.carrier == carrier) ++bin_starts_[static_cast<size_t>(part.bin) + 1];
     }
     std::partial_sum(bin_starts_.begin(), bin_starts_.end(), bin_starts_.begin());
     by_bin_.resize(bin_starts_.back());
     patch_of_.resize(bin_starts_.back());
     std::array<size_t, kNormalBinCount> next;
     std::copy_n(bin_starts_.begin(), kNormalBinCount, next.begin());
-    for (size_t i = 0; i < voxels.size(); ++i) {
-        if (voxels[i].carrier != carrier) continue;
-        by_bin_[next[static_cast<size_t>(elements_[i].bin)]++] = static_cast<uint32_t>(i);
+    for (size_t i = 0; i < parts_.size(); ++i) {
+        if (parts_[i].carrier != carrier) continue;
+        by_bin_[next[static_cast<size_t>(parts_[i].bin)]++] = static_cast<uint32_t>(i);
     }
 }
 

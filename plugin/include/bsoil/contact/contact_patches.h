@@ -91,15 +91,27 @@ class ContactPatches {
     struct Element {
         ElementYield yield;
         double area_m2 = 0;
-        int bin = 0;  ///< dominant_axis_bin() of its normal in its body's frame
     };
-    void sort_by_bin(std::span<const ContactVoxel> voxels, int carrier);
+    /// What BodyContact takes of an element. Few words, which one thread adds up.
+    struct Part {
+        double limit_n = 0, width_n_m = 0;  ///< width: of its face, times the limit
+        double area_m2 = 0, depth_m = 0, compression_m = 0;
+        int carrier = -1;
+        int8_t bin = 0;  ///< dominant_axis_bin() of its normal in its body's frame
+        bool is_on_sole = false;
+    };
+    class Total;
+    void find_elements(std::span<const ContactVoxel> voxels, std::span<const ContactMotion> motions,
+                       const ContactLaw& law, std::span<const ContactHistory> history,
+                       const WorkThreads* threads, const ContactAsk& ask);
+    void sort_by_bin(int carrier);
     std::span<const uint32_t> of_bin(size_t bin) const {
         return std::span(by_bin_).subspan(bin_starts_[bin],
                                           bin_starts_[bin + 1] - bin_starts_[bin]);
     }
     ContactFaces faces_;
     std::vector<Element> elements_;  ///< per voxel
+    std::vector<Part> parts_;        ///< per voxel
     /// Of one carrier, by bin: the voxels, and the patch of each.
     std::vector<uint32_t> by_bin_;
     std::vector<int8_t> patch_of_;
