@@ -62,9 +62,6 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
             works, [](const BodyWork& work) { return work.kind == BodyWork::Kind::moved; })) {
         list_pressed_soil();
     }
-    for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
-        for (BodyWork& work : works.subspan(first, last - first)) find_pressed_around(work);
-    });
     find_faces(works);
     for_ranges(&threads_, count, 1, [&](size_t first, size_t last) {
         for (BodyWork& work : works.subspan(first, last - first)) find_contact(work, duration_s);
@@ -165,7 +162,7 @@ void ContactCoupling::sort_by_body(std::span<const ContactVoxel> contacts) {
 void ContactCoupling::list_pressed_soil() {
     pressed_.clear();
     if (coupled_.size() < 2) return;
-    for (const auto& [id, coupled] : coupled_) pressed_.emplace_back(coupled.memory.soil(), id);
+    for (const auto& [id, coupled] : coupled_) pressed_.push_back(coupled.memory.list(id));
 }
 
 void ContactCoupling::wake(CoupledBody& coupled) {

@@ -119,7 +119,7 @@ class ContactCoupling {
     void prepare(BodyWork& work, const BodyState& body, double duration_s, bool are_unchanged);
     /// What other bodies know of the soil beside a body, before any of them learns more.
     void find_pressed_around(BodyWork& work) const;
-    /// The faces of all bodies' contacts; soles beside each other are one.
+    /// That and the faces of all bodies' contacts; soles beside each other are one.
     void find_faces(std::span<BodyWork> works);
     /// Changes nothing but the body's memory and `work`.
     void find_contact(BodyWork& work, double duration_s) const;

@@ -8,8 +8,9 @@ namespace bsoil::bullet {
 
 void ContactCoupling::find_pressed_around(BodyWork& work) const {
     if (work.kind != BodyWork::Kind::moved) return;
-    ContactMemory::near(pressed_, work.voxels, work.coupled->body.id, *work.coupled->law,
-                        work.pressed_around);
+    CoupledBody& coupled = *work.coupled;
+    ContactMemory::near(pressed_, work.voxels, coupled.body.id, *coupled.law, work.pressed_around);
+    coupled.memory.look_around(work.pressed_around, *coupled.law, &threads_);
 }
 
 // What is kept has no new faces of its own, and is a part of its neighbours'.
@@ -17,10 +18,16 @@ void ContactCoupling::find_faces(std::span<BodyWork> works) {
     const bool are_kept = std::ranges::all_of(
         works, [](const BodyWork& work) { return work.kind == BodyWork::Kind::kept; });
     if (are_kept && works.size() == soles_.size()) return;
-    for_ranges(&threads_, works.size(), 1, [&](size_t first, size_t last) {
-        for (BodyWork& work : works.subspan(first, last - first)) {
-            work.found.find_faces(work.voxels, work.coupled->body.motion.pose.rotation,
-                                  *work.coupled->law, &threads_);
+    // Neither needs the other: for each body first what it remembers, then its faces.
+    for_ranges(&threads_, 2 * works.size(), 1, [&](size_t first, size_t last) {
+        for (size_t job = first; job < last; ++job) {
+            BodyWork& work = works[job / 2];
+            if (job % 2 == 0) {
+                find_pressed_around(work);
+            } else {
+                work.found.find_faces(work.voxels, work.coupled->body.motion.pose.rotation,
+                                      *work.coupled->law, &threads_);
+            }
         }
     });
     soles_.clear();

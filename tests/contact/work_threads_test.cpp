@@ -104,7 +104,11 @@ TEST(ContactThreads, give_the_bits_of_one) {
         const auto voxels = ball_contacts(0.01 * step);
         const auto find = [&](ContactMemory& memory, ContactPatches& patches,
                               const WorkThreads* on) {
-            const auto history = memory.advance(voxels, motion, *law, 1.0 / 60, {}, {}, on);
+            // Of another body, whose soil has sheared further.
+            std::vector<PressedSoil> around(memory.soil().begin(), memory.soil().end());
+            for (PressedSoil& entry : around) entry.slid_m = 2.0 * entry.slid_m;
+            if (on) memory.look_around(around, *law, on);
+            const auto history = memory.advance(voxels, motion, *law, 1.0 / 60, around, {}, on);
             return patches.find(voxels, {&on_ground, 1}, *law, history, on);
         };
         const BodyContact a = find(alone_memory, alone, nullptr);

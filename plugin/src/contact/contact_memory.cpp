@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "bsoil/contact/orientation.h"
@@ -43,16 +44,16 @@ std::span<const PressedSoil> from_x(std::span<const PressedSoil> soil, double x)
     return soil.subspan(static_cast<size_t>(first - soil.begin()));
 }
 
-/// Of the middles of a list that is not empty, sorted by x.
-Aabb box_of_sorted(std::span<const PressedSoil> soil) {
-    Aabb box{soil.front().center_m, soil.back().center_m};
-    for (const PressedSoil& entry : soil) {
-        const Vec3 c = entry.center_m;
-        box.min.y = std::min(box.min.y, c.y);
-        box.max.y = std::max(box.max.y, c.y);
-        box.min.z = std::min(box.min.z, c.z);
-        box.max.z = std::max(box.max.z, c.z);
-    }
+Aabb around_both(const Aabb& a, const Aabb& b) {
+    return {{std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y), std::min(a.min.z, b.min.z)},
+            {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
+}
+
+/// Of the middles.
+Aabb box_of(std::span<const PressedSoil> soil) {
+    if (soil.empty()) return {};
+    Aabb box{soil.front().center_m, soil.front().center_m};
+    for (const PressedSoil& entry : soil) box = around_both(box, {entry.center_m, entry.center_m});
     return box;
 }
 
@@ -63,11 +64,12 @@ Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
 
 }  // namespace
 
-void ContactMemory::Index::make(std::span<const PressedSoil> soil, double voxel_m) {
+void ContactMemory::Index::make(std::span<const PressedSoil> soil, const Aabb& box, double voxel_m,
+                                const WorkThreads* threads) {
     soil_ = soil;
     const double cell_m = kCellVoxels * voxel_m;
     if (soil.empty()) return;
-    box_ = box_of_sorted(soil);
+    box_ = box;
     // Middles of voxels lie in the middles of cells.
     low_ = box_.min - 0.5 * Vec3{cell_m, cell_m, cell_m};
     const Vec3 size = box_.max - low_;
@@ -78,23 +80,23 @@ void ContactMemory::Index::make(std::span<const PressedSoil> soil, double voxel_
     constexpr int kAny = std::numeric_limits<int>::max();
     last_ = {cell_at(size.x, kAny), cell_at(size.y, kAny), cell_at(size.z, kAny)};
     const auto count = [this](int axis) { return static_cast<size_t>(last_[axis]) + 1; };
-    starts_.assign(count(0) * count(1) * count(2) + 1, 0);
     cells_.resize(soil.size());
-    for (size_t i = 0; i < soil.size(); ++i) {
-        const Vec3 off = soil[i].center_m - low_;
-        cells_[i] = row_of(cell_at(off.y, last_[1]), cell_at(off.z, last_[2])) +
-                    static_cast<size_t>(cell_at(off.x, last_[0]));
-        ++starts_[cells_[i]];
-    }
-    int before = 0;
-    for (int& start : starts_) before += std::exchange(start, before);
+    const WorkThreads* sharers = soil.size() < kSharedEntries ? nullptr : threads;
+    for_ranges(sharers, soil.size(), kRangeVoxels, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const Vec3 off = soil[i].center_m - low_;
+            cells_[i] = row_of(cell_at(off.y, last_[1]), cell_at(off.z, last_[2])) +
+                        static_cast<size_t>(cell_at(off.x, last_[0]));
+        }
+    });
+    // A cell's start stands one behind its place while its entries move it on to the next one's.
+    starts_.assign(count(0) * count(1) * count(2) + 2, 0);
+    for (const size_t cell : cells_) ++starts_[cell + 2];
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
     spots_.resize(soil.size());
     for (size_t i = 0; i < soil.size(); ++i) {
-        spots_[static_cast<size_t>(starts_[cells_[i]]++)] = {soil[i].center_m, i};
+        spots_[static_cast<size_t>(starts_[cells_[i] + 1]++)] = {soil[i].center_m, i};
     }
-    // Each start has moved on to the next one.
-    std::rotate(starts_.begin(), starts_.end() - 1, starts_.end());
-    starts_.front() = 0;
 }
 
 bool ContactMemory::Index::may_hold(Vec3 middle, double half_m) const {
@@ -166,9 +168,7 @@ const PressedSoil* ContactMemory::Index::find(const ContactVoxel& v, const Conta
 }
 
 PressedList::PressedList(std::span<const PressedSoil> sorted_soil, int of_body)
-    : body(of_body), soil(sorted_soil) {
-    if (!soil.empty()) box = box_of_sorted(soil);
-}
+    : PressedList(sorted_soil, of_body, box_of(sorted_soil)) {}
 
 void ContactMemory::near(std::span<const PressedList> lists, std::span<const ContactVoxel> voxels,
                          int body, const ContactLaw& law, std::vector<PressedSoil>& out) {
@@ -204,6 +204,18 @@ void ContactMemory::near(std::span<const PressedList> lists, std::span<const Con
     for (const auto& [x, entry] : beside) out.push_back(*entry);
 }
 
+void ContactMemory::look_around(std::span<const PressedSoil> around, const ContactLaw& law,
+                                const WorkThreads* threads) {
+    previous_.swap(entries_);
+    const double voxel_m = law.voxel_m();
+    const WorkThreads* sharers = previous_.size() < kSharedEntries ? nullptr : threads;
+    for_ranges(sharers, 2, 1, [&](size_t first, size_t last) {
+        if (first == 0) own_index_.make(previous_, box_, voxel_m, threads);
+        if (last == 2) around_index_.make(around, box_of(around), voxel_m, threads);
+    });
+    has_looked_ = true;
+}
+
 std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVoxel> voxels,
                                                        const BodyMotion& motion,
                                                        const ContactLaw& law, double duration_s,
@@ -211,14 +223,12 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
                                                        std::span<const ContactMotion> relative,
                                                        const WorkThreads* threads) {
     const double voxel_m = law.voxel_m();
-    previous_.swap(entries_);
+    if (!std::exchange(has_looked_, false)) {
+        look_around(around, law, threads);
+        has_looked_ = false;
+    }
     entries_.resize(voxels.size());
     history_.resize(voxels.size());
-    const WorkThreads* sharers = previous_.size() < kSharedEntries ? nullptr : threads;
-    for_ranges(sharers, 2, 1, [&](size_t first, size_t last) {
-        if (first == 0) own_index_.make(previous_, voxel_m);
-        if (last == 2) around_index_.make(around, voxel_m);
-    });
     const auto advance_one = [&](size_t i) {
         const ContactVoxel& v = voxels[i];
         const Vec3 own = motion.velocity_at(v.position_m);
@@ -242,14 +252,27 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) advance_one(i);
     });
-    sort_entries();
+    sort_entries(threads);
     return history_;
 }
 
 // On the ground they are sorted as the voxels are. What was known before is not needed any more,
 // and has room for them in their order.
-void ContactMemory::sort_entries() {
-    if (std::ranges::is_sorted(entries_, lies_before)) return;
+void ContactMemory::sort_entries(const WorkThreads* threads) {
+    const size_t count = entries_.size();
+    stretches_.resize((count + kSharedEntries - 1) / kSharedEntries);
+    for_ranges(threads, stretches_.size(), 1, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const size_t begin = i * kSharedEntries, own = std::min(kSharedEntries, count - begin);
+            const auto with_next =
+                std::span(entries_).subspan(begin, std::min(own + 1, count - begin));
+            stretches_[i] = {std::ranges::is_sorted(with_next, lies_before),
+                             box_of(with_next.first(own))};
+        }
+    });
+    box_ = stretches_.empty() ? Aabb{} : stretches_.front().box;
+    for (const Stretch& stretch : stretches_) box_ = around_both(box_, stretch.box);
+    if (std::ranges::all_of(stretches_, &Stretch::is_sorted)) return;
     order_.clear();
     for (size_t i = 0; i < entries_.size(); ++i) order_.emplace_back(entries_[i].center_m.x, i);
     std::ranges::sort(order_);
@@ -261,7 +284,7 @@ void ContactMemory::sort_entries() {
 std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVoxel> voxels,
                                                       const ContactLaw& law,
                                                       const WorkThreads* threads) {
-    own_index_.make(entries_, law.voxel_m());
+    own_index_.make(entries_, box_, law.voxel_m(), threads);
     history_.resize(voxels.size());
     for_ranges(threads, voxels.size(), kRangeVoxels, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
@@ -275,6 +298,7 @@ std::span<const ContactHistory> ContactMemory::recall(std::span<const ContactVox
 
 void ContactMemory::set_soil(std::span<const PressedSoil> soil) {
     entries_.assign(soil.begin(), soil.end());
+    box_ = box_of(soil);
 }
 
 }  // namespace bsoil

@@ -28,6 +28,9 @@ struct PressedSoil {
 struct PressedList {
     /// sorted_soil: by center_m.x; of_body: -1 for any.
     explicit PressedList(std::span<const PressedSoil> sorted_soil, int of_body = -1);
+    /// middles: their box, where that is known.
+    PressedList(std::span<const PressedSoil> sorted_soil, int of_body, const Aabb& middles)
+        : body(of_body), soil(sorted_soil), box(middles) {}
 
     int body = -1;
     std::span<const PressedSoil> soil;  ///< sorted by center_m.x
@@ -47,6 +50,10 @@ class ContactMemory {
     static void near(std::span<const PressedList> lists, std::span<const ContactVoxel> voxels,
                      int body, const ContactLaw& law, std::vector<PressedSoil>& out);
 
+    /// The first half of advance(), which asks nothing of faces or motions: `around` must outlive
+    /// that call. Who has not called it leaves it to advance().
+    void look_around(std::span<const PressedSoil> around, const ContactLaw& law,
+                     const WorkThreads* threads = nullptr);
     /// Adds the motion of `duration_s`, relative to each voxel's carrier (of the list `relative`;
     /// empty: all lie on the ground). around: what other bodies knew at the last call,
     /// sorted by center_m.x; soil that one of them has sheared further comes to this one so.
@@ -62,8 +69,10 @@ class ContactMemory {
     std::span<const ContactHistory> recall(std::span<const ContactVoxel> voxels,
                                            const ContactLaw& law,
                                            const WorkThreads* threads = nullptr);
-    /// Sorted by center_m.x.
+    /// Sorted by center_m.x. Until look_around(), and again after advance().
     std::span<const PressedSoil> soil() const { return entries_; }
+    /// The same with its box.
+    PressedList list(int of_body) const { return {entries_, of_body, box_}; }
     /// What soil() gave, of this memory at another time.
     void set_soil(std::span<const PressedSoil> soil);
 
@@ -73,9 +82,10 @@ class ContactMemory {
     /// Finds the soil near a place in a list sorted by center_m.x: in cubic cells.
     class Index {
       public:
-        /// voxel_m: width of a cell, where there are not far more cells than entries. `soil` must
-        /// outlive the looks.
-        void make(std::span<const PressedSoil> soil, double voxel_m);
+        /// box: of the middles. voxel_m: width of a cell, where there are not far more cells than
+        /// entries. `soil` must outlive the looks. threads: to share the work, or null.
+        void make(std::span<const PressedSoil> soil, const Aabb& box, double voxel_m,
+                  const WorkThreads* threads);
         /// The soil of a contact voxel, null where it is not there: the nearest; of an edge's two
         /// faces in one voxel the one that looks the same way. is_own: the soil is that of the
         /// voxel's own body, so that most of what is looked for is in the voxel itself.
@@ -111,13 +121,21 @@ class ContactMemory {
             size_t place = 0;
         };
         std::vector<size_t> cells_;  ///< of each entry
-        std::vector<int> starts_;    ///< of a cell in spots_; one more for the end
+        std::vector<int> starts_;    ///< of a cell in spots_; one more for the end, and a spare
         std::vector<Spot> spots_;    ///< by cell, row by row
     };
 
-    void sort_entries();
+    /// Some entries that follow each other.
+    struct Stretch {
+        bool is_sorted = true;  ///< with the first of the next one
+        Aabb box;               ///< of their middles
+    };
+    void sort_entries(const WorkThreads* threads);
 
     std::vector<PressedSoil> entries_, previous_;   ///< sorted by center_m.x
+    Aabb box_;                                      ///< of the middles of entries_
+    std::vector<Stretch> stretches_;                ///< of entries_
+    bool has_looked_ = false;                       ///< look_around(), and advance() has not come
     std::vector<std::pair<double, size_t>> order_;  ///< of entries: center_m.x and place
     std::vector<ContactHistory> history_;
     Index own_index_, around_index_;
