@@ -37,7 +37,7 @@ void ContactCoupling::find_faces(std::span<BodyWork> works) {
         const auto voxels = is_fixed ? std::span<const ContactVoxel>{} : work.voxels;
         soles_.push_back({voxels, &work.found.faces()});
     }
-    join_soles(soles_, soil_->up);
+    join_soles(soles_, soil_->up, &threads_);
     // A sleeper that has kept its own contacts may have lost or got a neighbour.
     for (BodyWork& work : works) {
         std::vector<FaceExtent>& slept = work.coupled->slept_faces;

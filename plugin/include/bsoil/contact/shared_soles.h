@@ -18,8 +18,9 @@ struct BodySoles {
 /// beside each other, at one height and on soil of one carrier, are one sole: each gets the size,
 /// depth and density that they have together. Elements are beside each other where the way between
 /// their middles is no longer than one and a half of their sides.
-/// Cost: O(n log n) in the bodies that lie apart and in the voxels of those that do not.
-void join_soles(std::span<const BodySoles> bodies, Vec3 up);
+/// Cost: O(n log n) in the bodies that lie apart and in the voxels of those that do not. threads:
+/// to share the work, or null.
+void join_soles(std::span<const BodySoles> bodies, Vec3 up, const WorkThreads* threads = nullptr);
 
 }  // namespace bsoil
 #pragma GCC visibility pop
