@@ -34,7 +34,7 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
     int z = static_cast<int>(std::floor(std::clamp(at.z, 0.0, frame.size[2] - 1.0)));
     const auto filled = [&](int level) {
-        const VoxelSample voxel = soil_.sample(x, y, level);
+        const VoxelSample voxel = soil_.sample_matter(x, y, level);
         return voxel.volume + voxel.coverage;
     };
     if (filled(z) >= kMostlyFullShare) {
@@ -44,7 +44,7 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     }
     double top = z + std::min(1.0, filled(z));
     if (top >= z + 1 && z + 1 < frame.size[2]) top += filled(z + 1);
-    VoxelSample beneath = soil_.sample(x, y, z);
+    VoxelSample beneath = soil_.sample_matter(x, y, z);
     if (!(beneath.volume > 0)) return {};
 
     SurfaceSoil out;
