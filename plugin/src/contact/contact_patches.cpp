@@ -37,7 +37,8 @@ int quadrant_of(Vec3 offset, int bin, double nothing_m) {
     return (c[(axis + 1) % 3] >= -nothing_m ? 1 : 0) + (c[(axis + 2) % 3] >= -nothing_m ? 2 : 0);
 }
 
-struct PatchSum {
+/// On cache lines of its own: others are summed up at the same time.
+struct alignas(64) PatchSum {
     Vec3 limit_force_n;     ///< sum of limit times normal, less the shear that comes with it
     Vec3 weighted_point;    ///< sum of limit times position
     double limit_n = 0;     ///< sum of limits

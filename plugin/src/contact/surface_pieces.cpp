@@ -62,7 +62,7 @@ void SurfacePieces::gather(std::span<const ContactRecord> records,
     same_cosine_ = same_cosine;
     records_ = records;
     own_lots_.assign(bodies.size(), -1);
-    for (std::vector<SurfacePiece>& pieces : pieces_) pieces.clear();
+    for (Bin& bin : bins_) bin.pieces.clear();
     make_room(heads_, records.size());
     heads_.assign(records.size(), -1);
     const auto is_sampled = [](const SampledBody& body) { return body.surface != nullptr; };
@@ -325,7 +325,7 @@ void SurfacePieces::share_over_tips(const OverTips& sample, const Pose& to_grid,
 void SurfacePieces::add_all(size_t bin) {
     for (const Lot& lot : std::span(lots_).first(lot_count_)) {
         for (const Given& given : lot.given[bin]) {
-            add(given, lot.parts[static_cast<size_t>(given.part)], pieces_[bin]);
+            add(given, lot.parts[static_cast<size_t>(given.part)], bins_[bin].pieces);
         }
     }
 }

@@ -58,7 +58,7 @@ class SurfacePieces {
     void for_each(size_t record, Visit&& visit) const {
         const int own = own_lots_[static_cast<size_t>(records_[record].body)];
         const std::vector<SurfacePiece>& pieces =
-            own < 0 ? pieces_[bin_of(record)] : lots_[static_cast<size_t>(own)].pieces;
+            own < 0 ? bins_[bin_of(record)].pieces : lots_[static_cast<size_t>(own)].pieces;
         for (int i = heads_[record]; i >= 0; i = pieces[static_cast<size_t>(i)].next) {
             visit(pieces[static_cast<size_t>(i)]);
         }
@@ -70,6 +70,9 @@ class SurfacePieces {
     static size_t bin_of(size_t record) { return record / kBinRecords % kBins; }
     /// Records beside each other that one thread takes: faces are shared out over neighbours.
     static constexpr size_t kBinRecords = 32;
+    /// A cache line. Ours: of most processors. Smaller: threads wait for what others write beside
+    /// their own.
+    static constexpr size_t kLineBytes = 64;
 
     /// What samples that look one way have in common.
     struct Facing {
@@ -140,8 +143,11 @@ class SurfacePieces {
     size_t lot_count_ = 0;
     std::vector<int> own_lots_;  ///< by body: the lot that is all of it; -1: none is
     RecordPlaces places_;
-    std::vector<int> heads_;                   ///< per record, into the pieces of its lot or bin
-    std::vector<SurfacePiece> pieces_[kBins];  ///< by the bin of the record
+    struct alignas(kLineBytes) Bin {
+        std::vector<SurfacePiece> pieces;
+    };
+    std::vector<int> heads_;  ///< per record, into the pieces of its lot or bin
+    Bin bins_[kBins];         ///< by the bin of the record
     double voxel_m_ = 1, same_cosine_ = 0;
 };
 
