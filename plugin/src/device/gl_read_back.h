@@ -39,6 +39,7 @@ class GlReadBack {
         GLuint buffer = 0;
         int64_t offset_bytes = 0;
         std::span<int32_t> words;
+        int64_t at_bytes = 0;  ///< where the GPU copies them to
     };
     std::string reserve(int64_t bytes);
     std::string wait();
