@@ -288,6 +288,9 @@ cli_moment() {
     expect 2 export out/final.snapshot --out lost.asc
     expect_text 'say where it is now'
     expect 0 export moved.toml --from out/final.snapshot --backend cpu --out heights.asc
+    expect 2 export moved.toml --backend cpu --out no/such/folder/a.asc --out second.asc
+    expect_text '^no/such/folder/a.asc: cannot be written'
+    [[ -s second.asc ]] || fail 'a file that cannot be written costs the others'
     expect 2 export moved.toml --advance -1 --out heights.asc
     expect_text '-1 is too small, must be 0 or more'
     expect 2 render moved.toml --out no.png --width 0

@@ -207,12 +207,16 @@ int export_moment(Moment& moment, const std::vector<std::string>& files) {
     const int opened = moment.open();
     if (opened != kPassed) return opened;
     if (const int gone = moment.go(); gone != kPassed) return gone;
+    int exit_code = kPassed;
     for (const std::string& file : files) {
         const auto written = scene::export_run(*moment.opened.run, file);
-        if (!written) return Moment::fail(written.error());
-        if (!written->empty()) fmt::print("{}: {}\n", file, *written);
+        if (!written) {
+            exit_code = Moment::fail(written.error());  // the others are written all the same
+        } else if (!written->empty()) {
+            fmt::print("{}: {}\n", file, *written);
+        }
     }
-    return kPassed;
+    return exit_code;
 }
 
 }  // namespace
