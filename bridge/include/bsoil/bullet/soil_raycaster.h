@@ -43,9 +43,9 @@ class SoilRaycaster final : public btVehicleRaycaster {
     SoilRaycaster& operator=(const SoilRaycaster&) = delete;
 
     /// From now on the soil sees the vehicle's wheels, all alike. Error: a field out of range, a
-    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels, one that is no
-    /// action of the soil's world or was made with another raycaster, or another vehicle is
-    /// attached and has not left the world.
+    /// wheel whose radius is not between 1 mm and 100 m, a vehicle without wheels or made with
+    /// another raycaster. Error as well: it is no action of the soil's world, or another vehicle is
+    /// attached and has not left that world.
     Status attach(btRaycastVehicle& vehicle, const SoilWheelDef& wheel);
     /// One def for each wheel, in the vehicle's order.
     Status attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> wheels);
