@@ -48,18 +48,21 @@ class Bed {
     ContactLawDef law;
 
     /// Height [voxels] that counts at a place.
-    double height(Vec3 at, Vec3 outward) { return surface_.height_beside(find(at), at, outward); }
-    /// Depth [voxels] of level ground that pushes a wall there as hard.
-    double wedge_depth(Vec3 at, Vec3 outward) {
-        return surface_.wedge_before(find(at), at, outward).level_depth;
+    double height(Vec3 at, Vec3 outward) {
+        return surface_.height_beside(find(at), at, outward).height;
     }
+    /// Depth [voxels] of level ground that pushes a wall there as hard.
+    double wedge_depth(Vec3 at, Vec3 outward) { return wedge_before(at, outward).level_depth; }
     double depth_m(Vec3 at, Vec3 outward) { return (height(at, outward) - at.z) * kVoxelM; }
 
-    double inflow_share(Vec3 at, Vec3 outward) {
-        return surface_.wedge_before(find(at), at, outward).inflow_share;
-    }
+    double inflow_share(Vec3 at, Vec3 outward) { return wedge_before(at, outward).inflow_share; }
 
   private:
+    SurfaceWedge::Found wedge_before(Vec3 at, Vec3 outward) {
+        const ContactRecord contact = find(at);
+        const double nearest = surface_.height_beside(contact, at, outward).nearest;
+        return surface_.wedge_before(contact, at, outward, nearest);
+    }
     ContactRecord find(Vec3 at) {
         ContactRecord contact;
         contact.voxel[0] = static_cast<int>(at.x);
@@ -417,8 +420,10 @@ TEST(FreeSurface, costs_what_lies_around_the_bodies) {
         for (const ContactRecord& contact : known) {
             const Vec3 at{contact.voxel[0] + 0.4, contact.voxel[1] + 0.3, 16.5};
             for (const Vec3 outward : {kAhead, kAside, kDown}) {
-                heights.push_back(surface.height_beside(contact, at, outward));
-                heights.push_back(surface.wedge_before(contact, at, outward).level_depth);
+                const FreeSurface::Beside beside = surface.height_beside(contact, at, outward);
+                heights.push_back(beside.height);
+                heights.push_back(
+                    surface.wedge_before(contact, at, outward, beside.nearest).level_depth);
             }
         }
         return heights;

@@ -304,12 +304,12 @@ void ContactVoxels::add_faces(const Element& element, Vec3 face_normal,
 
 // A wall meets no more than the wedge over the ground as it lies, which before a heap is a part of
 // what its mean height has. depth_m of the contact is known.
-void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward,
+void ContactVoxels::bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, double nearest,
                                    ContactVoxel& contact) const {
     contact.bearing_depth_m = contact.depth_m;
     const double wall = surface_parts(outward).wall;
     if (!(contact.depth_m > 0) || wall < kLeastWall) return;
-    const SurfaceWedge::Found wedge = surface_.wedge_before(element.record, at, outward);
+    const SurfaceWedge::Found wedge = surface_.wedge_before(element.record, at, outward, nearest);
     const double wedge_m = wedge.level_depth * element.request.frame->voxel_m;
     contact.bearing_depth_m -= wall * std::max(0.0, contact.depth_m - wedge_m);
     contact.inflow_share = 1 - wall * (1 - wedge.inflow_share);
@@ -346,17 +346,17 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact, Vec3 r
         return transform(*element.request.world_to_grid, contact.position_m) * (1 / frame.voxel_m);
     };
     Vec3 at = place();
-    double surface = surface_.height_beside(record, at, n);
+    FreeSurface::Beside surface = surface_.height_beside(record, at, n);
     if (dot(rise_m2, rise_m2) > 0) {
         const Vec3 up = rotate(frame.grid_to_world.rotation, Vec3{0, 0, 1});
-        if (keep_what_is_below((surface - at.z) * frame.voxel_m, rise_m2, up, frame.voxel_m,
+        if (keep_what_is_below((surface.height - at.z) * frame.voxel_m, rise_m2, up, frame.voxel_m,
                                contact)) {
             at = place();
             surface = surface_.height_beside(record, at, n);
         }
     }
-    contact.depth_m = std::max(0.0, surface - at.z) * frame.voxel_m;
-    bound_by_wedge(element, at, n, contact);
+    contact.depth_m = std::max(0.0, surface.height - at.z) * frame.voxel_m;
+    bound_by_wedge(element, at, n, surface.nearest, contact);
     contact.bearing_depth_m = std::max(contact.bearing_depth_m, contact.compression_m);
     contact.touching = touching_share(contact, frame.voxel_m, *element.request.law);
 }

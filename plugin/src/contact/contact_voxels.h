@@ -58,7 +58,8 @@ class ContactVoxels {
     /// False: it is above the surface, or below it, as a whole.
     static bool keep_what_is_below(double depth_m, Vec3 rise_m2, Vec3 up, double voxel_m,
                                    ContactVoxel& contact);
-    void bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, ContactVoxel& contact) const;
+    void bound_by_wedge(const Element& element, Vec3 at, Vec3 outward, double nearest,
+                        ContactVoxel& contact) const;
 
     ContactOrder order_;
     std::vector<ContactRecord> records_;

@@ -378,9 +378,8 @@ double FreeSurface::nearest_beside(const ContactRecord& contact, double otherwis
     return ((1 - upright) * here + upright * before) / 65536.0;
 }
 
-SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at,
-                                              Vec3 outward) const {
-    const double nearest = nearest_beside(contact, at.z, surface_parts(outward).wall, outward);
+SurfaceWedge::Found FreeSurface::wedge_before(const ContactRecord& contact, Vec3 at, Vec3 outward,
+                                              double nearest) const {
     const double depth = nearest - at.z;
     const double level = std::hypot(outward.x, outward.y);
     if (!(depth > 0) || !(level > 0)) return {std::max(0.0, depth), 1};
@@ -447,7 +446,8 @@ SurfaceWedge::Runs FreeSurface::ground_along(const Region& region, Vec3 from, Ve
     return height;
 }
 
-double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const {
+FreeSurface::Beside FreeSurface::height_beside(const ContactRecord& contact, Vec3 at,
+                                               Vec3 outward) const {
     const int x = contact.voxel[0], y = contact.voxel[1];
     const auto body = static_cast<size_t>(contact.body);
     const Region& region = region_of(contact);
@@ -472,7 +472,7 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double y0 = clip(cy - half, y, 1), y1 = clip(cy + half, y, 1);
     const Sum inside = sum_below(region, x1, y1) - sum_below(region, x0, y1) -
                        sum_below(region, x1, y0) + sum_below(region, x0, y0);
-    if (inside.count < kHardlyAny) return nearest;
+    if (inside.count < kHardlyAny) return {nearest, nearest};
     // The soil that a sole has pressed out is a rim within one width of it. Hollow and rim together
     // are as high as the soil was. Where the rim is out of reach or under other bodies (links of a
     // track), the hollow counts by the part of the rim that is seen. A wall has no hollow: its soil
@@ -481,8 +481,9 @@ double FreeSurface::height_beside(const ContactRecord& contact, Vec3 at, Vec3 ou
     const double seen = std::min(1.0, (x1 - x0) * (y1 - y0) / wanted);
     const double apart = std::min(1.0, inside.count / std::max(1.0, inside.covered_count));
     const double share = own_rim_share(law_->hollow_share * sole * seen, apart);
-    return (inside.height + share * inside.covered_height) /
-           (inside.count + share * inside.covered_count);
+    return {(inside.height + share * inside.covered_height) /
+                (inside.count + share * inside.covered_count),
+            nearest};
 }
 
 }  // namespace bsoil

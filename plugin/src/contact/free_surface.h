@@ -52,14 +52,19 @@ class FreeSurface {
     void spread();
     /// @}
 
-    /// Height of the free surface that counts for a surface element of a body: the mean over the
-    /// soil that would give way to it. contact: one of the request's; at: on the element; outward:
-    /// its unit normal, into the soil.
-    double height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
+    /// How high the soil beside a surface element of a body is.
+    struct Beside {
+        double height = 0;   ///< of the free surface that counts: the mean over what would give way
+        double nearest = 0;  ///< of the ground right there, ahead of a wall
+    };
+    /// contact: one of the request's; at: on the element; outward: its unit normal, into the soil.
+    Beside height_beside(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
 
     /// The wedge that the ground as it lies makes before a wall with its foot at the element, in
-    /// voxels; no depth above the ground. Needs Request::wedges.
-    SurfaceWedge::Found wedge_before(const ContactRecord& contact, Vec3 at, Vec3 outward) const;
+    /// voxels; no depth above the ground. nearest: as height_beside() has it of the same element.
+    /// Needs Request::wedges.
+    SurfaceWedge::Found wedge_before(const ContactRecord& contact, Vec3 at, Vec3 outward,
+                                     double nearest) const;
 
   private:
     /// Sums over columns.
