@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/layout.h"
@@ -125,42 +126,66 @@ void ContactVoxels::gather_pieces(const Request& request) {
                    request.threads);
 }
 
-// In chunks, each with a list of its own, joined in order.
+// In chunks. How many pieces of surfaces there are is known: they are put where they belong. A
+// chunk with others has a list of its own, joined in order.
 void ContactVoxels::add_all(const Request& request, std::span<const ContactRecord> records,
                             size_t& out_count, std::vector<ContactVoxel>& out) {
     const size_t chunk_count = (records.size() + kChunkRecords - 1) / kChunkRecords;
     chunks_.resize(std::max(chunks_.size(), chunk_count));
-    for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
-        for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
-            chunks_[chunk].clear();
-            // Few voxels have more than two faces.
-            chunks_[chunk].reserve(2 * kChunkRecords);
-            const size_t first = chunk * kChunkRecords;
-            for (size_t i = first; i < std::min(first + kChunkRecords, records.size()); ++i) {
-                add(request, records[i], chunks_[chunk]);
+    chunk_starts_.assign(chunk_count + 1, 0);
+    const auto for_chunks = [&](const auto& act) {
+        for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
+            for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
+                const size_t first = chunk * kChunkRecords;
+                const auto own =
+                    records.subspan(first, std::min(kChunkRecords, records.size() - first));
+                act(chunk, own, std::ranges::all_of(own, [&](const ContactRecord& record) {
+                        return is_of_pieces(request, record);
+                    }));
             }
+        });
+    };
+    for_chunks([&](size_t chunk, std::span<const ContactRecord> own, bool are_pieces) {
+        size_t& count = chunk_starts_[chunk + 1];
+        if (are_pieces) {
+            for (const ContactRecord& record : own) count += pieces_.count(place_of(record));
+        } else {
+            chunks_[chunk].clear();
+            chunks_[chunk].reserve(2 * kChunkRecords);  // few voxels have more than two faces
+            for (const ContactRecord& record : own) add(request, record, chunks_[chunk]);
+            count = chunks_[chunk].size();
         }
     });
-    chunk_starts_.assign(1, out_count);
-    for (size_t chunk = 0; chunk < chunk_count; ++chunk) {
-        chunk_starts_.push_back(chunk_starts_.back() + chunks_[chunk].size());
-    }
+    chunk_starts_.front() = out_count;
+    std::partial_sum(chunk_starts_.begin(), chunk_starts_.end(), chunk_starts_.begin());
     out_count = chunk_starts_.back();
     if (out.size() < out_count) out.resize(out_count);
-    for_ranges(request.threads, chunk_count, 1, [&](size_t first_chunk, size_t last_chunk) {
-        for (size_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
-            std::ranges::copy(chunks_[chunk], &out[chunk_starts_[chunk]]);
+    for_chunks([&](size_t chunk, std::span<const ContactRecord> own, bool are_pieces) {
+        ContactVoxel* next = out.data() + chunk_starts_[chunk];
+        if (are_pieces) {
+            for (const ContactRecord& record : own) {
+                next = add_pieces(element_of(request, record), next);
+            }
+        } else {
+            std::ranges::copy(chunks_[chunk], next);
         }
     });
 }
 
-void ContactVoxels::add(const Request& request, const ContactRecord& record,
-                        std::vector<ContactVoxel>& out) const {
+size_t ContactVoxels::place_of(const ContactRecord& record) const {
+    return static_cast<size_t>(&record - records_.data());
+}
+
+// Each contact of it is a piece of its body's surface.
+bool ContactVoxels::is_of_pieces(const Request& request, const ContactRecord& record) {
     const ContactBody& body = request.bodies[static_cast<size_t>(record.body)];
-    if (!body.input) return;
+    return body.input && body.surface && !record.is_of_small_body();
+}
+
+ContactVoxels::Element ContactVoxels::element_of(const Request& request,
+                                                 const ContactRecord& record) const {
     const GridFrame& frame = *request.frame;
-    const double voxel = frame.voxel_m;
-    Element element{request, record, body, {}};
+    Element element{request, record, request.bodies[static_cast<size_t>(record.body)], {}};
     ContactVoxel& contact = element.contact;
     contact.body = request.body_ids[static_cast<size_t>(record.body)];
     contact.carrier =
@@ -172,14 +197,27 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     contact.saturation = record.saturation / static_cast<double>(kVoxelFull);
     contact.undisturbed = record.undisturbed / static_cast<double>(kVoxelFull);
     contact.is_between_walls = record.is_between_walls;
-    if (body.surface) {
-        if (record.is_of_small_body()) {
-            add_samples(element, out);
-        } else {
-            add_pieces(element, out);
-        }
+    return element;
+}
+
+void ContactVoxels::add(const Request& request, const ContactRecord& record,
+                        std::vector<ContactVoxel>& out) const {
+    const ContactBody& body = request.bodies[static_cast<size_t>(record.body)];
+    if (!body.input) return;
+    Element element = element_of(request, record);
+    if (is_of_pieces(request, record)) {
+        const size_t first = out.size();
+        out.resize(first + pieces_.count(place_of(record)));
+        add_pieces(element, out.data() + first);
         return;
     }
+    if (body.surface) {
+        add_samples(element, out);
+        return;
+    }
+    const GridFrame& frame = *request.frame;
+    const double voxel = frame.voxel_m;
+    ContactVoxel& contact = element.contact;
     // The shape knows better than the coverage where its surface is: of a body smaller than a
     // voxel the grid has hardly a trace.
     const NearestFace face = body.faces.nearest(contact.center_m, voxel);
@@ -201,9 +239,10 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     add_faces(element, face.normal, out);
 }
 
-void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>& out) const {
+// In next and behind it, where there is room for them; returns what comes behind them.
+ContactVoxel* ContactVoxels::add_pieces(const Element& element, ContactVoxel* next) const {
     const Pose& grid_to_world = element.request.frame->grid_to_world;
-    const auto record = static_cast<size_t>(&element.record - records_.data());
+    const size_t record = place_of(element.record);
     const double voxel = element.request.frame->voxel_m;
     double area_m2 = 0;
     pieces_.for_each(record, [&](const SurfacePiece& piece) {
@@ -212,7 +251,7 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
     const double pressed_m =
         area_m2 > 0 ? compression_m(element.request, element.record, area_m2 / (voxel * voxel)) : 0;
     pieces_.for_each(record, [&](const SurfacePiece& piece) {
-        ContactVoxel& contact = out.emplace_back(element.contact);
+        ContactVoxel& contact = *next++ = element.contact;
         contact.compression_m = pressed_m;
         contact.area_m2 = length(piece.area);
         contact.normal = rotate(grid_to_world.rotation, piece.area * (1 / contact.area_m2));
@@ -222,6 +261,7 @@ void ContactVoxels::add_pieces(const Element& element, std::vector<ContactVoxel>
         finish(element, contact, rotate(grid_to_world.rotation, rise_m2));
         if (piece.row >= 0) set_teeth(element.body, piece, contact);
     });
+    return next;
 }
 
 // A small body's samples, each an element of its own: where it is and which way it looks tells

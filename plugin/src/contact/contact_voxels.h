@@ -47,9 +47,12 @@ class ContactVoxels {
     void gather_pieces(const Request& request);
     void read_surface(const Request& request, std::span<const ContactRecord> carried,
                       const TileWords& words);
+    size_t place_of(const ContactRecord& record) const;  ///< in records_
+    static bool is_of_pieces(const Request& request, const ContactRecord& record);
+    Element element_of(const Request& request, const ContactRecord& record) const;
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
-    void add_pieces(const Element& element, std::vector<ContactVoxel>& out) const;
+    ContactVoxel* add_pieces(const Element& element, ContactVoxel* next) const;
     void add_samples(const Element& element, std::vector<ContactVoxel>& out) const;
     void set_teeth(const ContactBody& body, const SurfacePiece& piece, ContactVoxel& contact) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;
@@ -63,9 +66,9 @@ class ContactVoxels {
 
     ContactOrder order_;
     std::vector<ContactRecord> records_;
-    std::vector<std::vector<ContactVoxel>> chunks_;
-    std::vector<size_t> chunk_starts_;  ///< in the list that they are joined to
-    std::vector<SampledBody> sampled_;  ///< by body's index
+    std::vector<std::vector<ContactVoxel>> chunks_;  ///< of those that are not pieces alone
+    std::vector<size_t> chunk_starts_;               ///< in the list that they are joined to
+    std::vector<SampledBody> sampled_;               ///< by body's index
     SurfacePieces pieces_;
     FreeSurface surface_;
 };

@@ -64,6 +64,12 @@ class SurfacePieces {
         }
     }
 
+    size_t count(size_t record) const {
+        size_t count = 0;
+        for_each(record, [&count](const SurfacePiece&) { ++count; });
+        return count;
+    }
+
   private:
     /// Records are put together by this many threads at most, each taking its own.
     static constexpr size_t kBins = 16;
