@@ -11,7 +11,7 @@ namespace {
 /// lists of nothing; smaller: threads wait.
 constexpr size_t kExtentParts = 16;
 /// Of fewer voxels one thread looks at all. Ours, as a matter of cost: some hundredths of a
-/// millisecond.
+/// millisecond. Larger: one thread looks at a machine's; smaller: sharing them out takes longer.
 constexpr size_t kExtentVoxels = 4096;
 
 /// How far a carrier's voxels are from a point at most. The root rises with what it is of: that of

@@ -22,7 +22,8 @@ constexpr size_t kCellsLeast = 256;
 constexpr size_t kLookedRecords = 2048;
 /// And for each body: so few of them have boxes of their own in each part.
 constexpr size_t kLookedABody = 16;
-/// Cells that one thread clears. Ours, as a matter of cost: 256 kB.
+/// Cells that one thread clears. Ours, as a matter of cost: 256 kB. Larger: one thread clears those
+/// of a machine; smaller: sharing them out takes longer.
 constexpr size_t kClearedCells = 65536;
 
 }  // namespace
