@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Digs for a million steps, twice (some 20 minutes): tests/soak.sh [STEPS]
+# Digs for a million steps, twice (some half an hour): tests/soak.sh [STEPS]
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../demos/setup.sh"
 
