@@ -314,6 +314,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
             refuse(object, tracked, tracked.refusal);
             continue;
         }
+        if (tracked.shapes->empty()) continue;  // its box touches the grid, it does not
         BodyState& state = bodies_.emplace_back();
         describe(world, object, options, tracked, elapsed_s, state);
         state.world_index = i;
@@ -339,7 +340,7 @@ const BodyState* BodyCollector::meet(const btDiscreteDynamicsWorld& world, btRig
     Tracked& tracked = track(body);
     if (tracked.id < 0) return nullptr;
     convert(body, tracked);
-    if (!tracked.shapes) return nullptr;
+    if (!tracked.shapes || tracked.shapes->empty()) return nullptr;
     met_ = {};
     describe(world, body, options, tracked, 0, met_);
     met_.world_index = body.getWorldArrayIndex();

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -184,12 +185,36 @@ bool is_cut(const btCollisionShape& shape, const GridBall& grid) {
     return length(box.max - box.min) > 2 * grid.radius_m;
 }
 
-Result<ConvexShape> lattice_shape(DistanceLattice::LatticeResult&& lattice) {
+Result<Shapes> lattice_shape(DistanceLattice::LatticeResult&& lattice) {
     if (!lattice) return Error{lattice.error()};
-    ConvexShape out;
-    out.kind = ConvexShape::Kind::lattice;
+    ConvexShape out = of_kind(ConvexShape::Kind::lattice);
     out.lattice = std::move(*lattice);
-    return out;
+    return Shapes{out};
+}
+
+bool is_beyond(const Aabb& box, double margin_m, const Aabb& region) {
+    const auto is_apart = [&](double Vec3::*axis) {
+        return box.min.*axis - margin_m > region.max.*axis ||
+               box.max.*axis + margin_m < region.min.*axis;
+    };
+    return is_apart(&Vec3::x) || is_apart(&Vec3::y) || is_apart(&Vec3::z);
+}
+
+/// No shapes where nothing of the mesh lies in the region.
+Result<Shapes> lattice_of(const TriangleMesh& mesh, const LatticeDef& def) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Aabb box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+    for (const auto& triangle : mesh.triangles) {
+        for (const int index : triangle) {
+            const Vec3 p = mesh.vertices[static_cast<size_t>(index)];
+            box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y),
+                       std::min(box.min.z, p.z)};
+            box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y),
+                       std::max(box.max.z, p.z)};
+        }
+    }
+    if (!mesh.triangles.empty() && is_beyond(box, def.margin_m, def.region)) return Shapes{};
+    return lattice_shape(DistanceLattice::from_mesh(mesh, def));
 }
 
 Result<LatticeDef> lattice_def(double margin_m, const GridBall& grid) {
@@ -203,7 +228,7 @@ Result<LatticeDef> lattice_def(double margin_m, const GridBall& grid) {
     return def;
 }
 
-Result<ConvexShape> triangle_mesh(const btCollisionShape& shape, const GridBall& grid) {
+Result<Shapes> triangle_mesh(const btCollisionShape& shape, const GridBall& grid) {
     const MeshSource source = source_of(shape);
     if (!is_finite(source.scaling) || source.scaling.x == 0 || source.scaling.y == 0 ||
         source.scaling.z == 0) {
@@ -214,7 +239,7 @@ Result<ConvexShape> triangle_mesh(const btCollisionShape& shape, const GridBall&
     if (is_cut(shape, grid)) def->region = region_of(grid);
     const Result<TriangleMesh> mesh = read_mesh(*source.mesh, source.scaling, source.part);
     if (!mesh) return Error{mesh.error()};
-    return lattice_shape(DistanceLattice::from_mesh(*mesh, *def));
+    return lattice_of(*mesh, *def);
 }
 
 double& component(Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -303,7 +328,7 @@ void close_below(TriangleMesh& mesh, int up, double bottom) {
     }
 }
 
-Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const GridBall& grid) {
+Result<Shapes> heightfield(const btHeightfieldTerrainShape& shape, const GridBall& grid) {
     Result<LatticeDef> def = lattice_def(static_cast<double>(shape.getMargin()), grid);
     if (!def) return Error{def.error()};
     const Vec3 scaling = from_bullet(shape.getLocalScaling());
@@ -322,17 +347,15 @@ Result<ConvexShape> heightfield(const btHeightfieldTerrainShape& shape, const Gr
         return Error{
             "has a height that is not finite; look for a division by zero where it was made"};
     }
-    if (reader.surface.triangles.empty()) {
-        return Error{"has no surface within the soil's grid; move it, or ignore the body"};
-    }
+    if (reader.surface.triangles.empty()) return Shapes{};
     low = def->region.min;
     double bottom = component(low, up);
     for (Vec3 p : reader.surface.vertices) bottom = std::min(bottom, component(p, up));
     close_below(reader.surface, up, bottom - kRegionSlackVoxels * grid.voxel_m - def->margin_m);
-    return lattice_shape(DistanceLattice::from_mesh(reader.surface, *def));
+    return lattice_of(reader.surface, *def);
 }
 
-Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridBall& grid) {
+Result<Shapes> distance_field(const btSdfCollisionShape& shape, const GridBall& grid) {
     const Aabb box = box_of(shape);
     if (!(is_finite(box.min) && is_finite(box.max) && box.min.x < box.max.x &&
           box.min.y < box.max.y && box.min.z < box.max.z)) {
@@ -356,12 +379,13 @@ Result<ConvexShape> distance_field(const btSdfCollisionShape& shape, const GridB
 
 }  // namespace
 
-Result<ConvexShape> convert_distance(const btCollisionShape& shape,
-                                     const std::function<double(Vec3)>& distance_m,
-                                     const Aabb& bounds, const GridBall& grid) {
+Result<Shapes> convert_distance(const btCollisionShape& shape,
+                                const std::function<double(Vec3)>& distance_m, const Aabb& bounds,
+                                const GridBall& grid) {
     Result<LatticeDef> def = lattice_def(0, grid);
     if (!def) return Error{def.error()};
     if (is_cut(shape, grid)) def->region = region_of(grid);
+    if (is_beyond(bounds, 0, def->region)) return Shapes{};
     return lattice_shape(DistanceLattice::from_distance(distance_m, bounds, *def));
 }
 
@@ -382,7 +406,7 @@ bool is_mesh(const btCollisionShape& shape) {
     }
 }
 
-Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& grid) {
+Result<Shapes> convert_mesh(const btCollisionShape& shape, const GridBall& grid) {
     if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE) {
         return heightfield(static_cast<const btHeightfieldTerrainShape&>(shape), grid);
     }
@@ -392,14 +416,14 @@ Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& 
     return triangle_mesh(shape, grid);
 }
 
-Result<ConvexShape> convert_triangle(const btVector3* corners, double margin_m, double scale,
-                                     const GridBall& grid) {
+Result<Shapes> convert_triangle(const btVector3* corners, double margin_m, double scale,
+                                const GridBall& grid) {
     const Result<LatticeDef> def = lattice_def(margin_m * scale, grid);
     if (!def) return Error{def.error()};
     TriangleMesh mesh;
     for (int k = 0; k < 3; ++k) mesh.vertices.push_back(scale * from_bullet(corners[k]));
     mesh.triangles.push_back({0, 1, 2});
-    return lattice_shape(DistanceLattice::from_mesh(mesh, *def));
+    return lattice_of(mesh, *def);
 }
 
 Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,

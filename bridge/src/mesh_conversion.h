@@ -8,10 +8,9 @@
 #include <functional>
 #include <vector>
 
-#include "bsoil/body.h"
-#include "bsoil/result.h"
 #include "fingerprint.h"
 #include "grid_ball.h"
+#include "shape_facts.h"
 
 namespace bsoil::bullet {
 
@@ -22,19 +21,19 @@ bool is_mesh(const btCollisionShape& shape);
 /// The solid of such a shape. Closed parts of a mesh are solid, open ones plates (see
 /// DistanceLattice::from_mesh); a heightfield is solid from its surface down; a distance field
 /// where it is negative, within its own box. Margins as Bullet's triangles have them; that of a
-/// distance field does not count in Bullet either. Errors say what is wrong, without the shape's
-/// name.
-Result<ConvexShape> convert_mesh(const btCollisionShape& shape, const GridBall& grid);
+/// distance field does not count in Bullet either. None where nothing of a shape that is cut to the
+/// grid lies there. Errors say what is wrong, without the shape's name.
+Result<Shapes> convert_mesh(const btCollisionShape& shape, const GridBall& grid);
 
 /// The solid where a distance is negative (see DistanceLattice::from_distance), of a shape that is
 /// cut to the grid as meshes are.
-Result<ConvexShape> convert_distance(const btCollisionShape& shape,
-                                     const std::function<double(Vec3)>& distance_m,
-                                     const Aabb& bounds, const GridBall& grid);
+Result<Shapes> convert_distance(const btCollisionShape& shape,
+                                const std::function<double(Vec3)>& distance_m, const Aabb& bounds,
+                                const GridBall& grid);
 
 /// A triangle, scaled about the origin, as a plate of its margin.
-Result<ConvexShape> convert_triangle(const btVector3* corners, double margin_m, double scale,
-                                     const GridBall& grid);
+Result<Shapes> convert_triangle(const btVector3* corners, double margin_m, double scale,
+                                const GridBall& grid);
 
 /// The corners that a mesh's triangles use, scaled. Error: an index out of range, an unknown type.
 Result<std::vector<btVector3>> mesh_points(const btStridingMeshInterface& mesh,

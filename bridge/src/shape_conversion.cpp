@@ -181,7 +181,7 @@ Result<Shapes> union_of(const btCollisionShape& shape, int count, const GridBall
             out.push_back(std::move(c));
         }
     }
-    if (out.empty()) {
+    if (count == 0) {
         return Error{shape_name(shape) + ": has no children; add one, or ignore the body"};
     }
     return out;

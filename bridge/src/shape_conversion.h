@@ -21,9 +21,10 @@ namespace bsoil::bullet {
 /// by up to a quarter of a voxel. Where they are smaller than two voxels, and a hull with more
 /// faces than that always, a polyhedron of at most 252 faces that touch the shape: it contains the
 /// shape and exceeds it by less than 3 % of its radius. Meshes, heightfields and distance fields
-/// become lattices, see mesh_conversion.h. The error names the shape and what is wrong: a type
-/// without a solid (empty, two-dimensional, soft), an extent that is zero, negative or not finite,
-/// a hull without volume, a broken mesh.
+/// become lattices, see mesh_conversion.h. Of what is cut to the grid and lies beside it there are
+/// none. The error names the shape and what is wrong: a type without a solid (empty,
+/// two-dimensional, soft), an extent that is zero, negative or not finite, a hull without volume, a
+/// broken mesh.
 Result<std::vector<ConvexShape>> convert_shape(const btCollisionShape& shape, const GridBall& grid);
 
 /// Changes whenever the result of convert_shape does, with two exceptions. It misses a change of a

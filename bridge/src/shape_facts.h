@@ -41,9 +41,9 @@ inline Status check_margin(const btCollisionShape& shape, double metres) {
 }
 
 /// An error says which shape it is of.
-inline Result<Shapes> named(const btCollisionShape& shape, Result<ConvexShape>&& converted) {
+inline Result<Shapes> named(const btCollisionShape& shape, Result<Shapes> converted) {
     if (!converted) return Error{shape_name(shape) + ": " + converted.error()};
-    return Shapes{std::move(*converted)};
+    return converted;
 }
 
 inline bool is_gimpact_compound(const btCollisionShape& shape) {

@@ -29,5 +29,28 @@ TEST(BodyCollector, that_lets_go_gives_back_the_ids_of_objects_alone) {
     EXPECT_EQ(collector.take_id(), wheel);
 }
 
+// Of a long body that stands askew, the box reaches into the grid and the body does not. It was
+// refused as it went by.
+TEST(BodyCollector, that_meets_nothing_of_a_body_refuses_none) {
+    BulletScene scene;
+    const btVector3 centers[] = {{-3, 0, 0}, {3, 0, 0}};
+    const btScalar radii[] = {0.5f, 0.6f};
+    btRigidBody& beam = scene.add(5, scene.shape<btMultiSphereShape>(centers, radii, 2), {0, 0, 0});
+    BodyCollector collector({{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}}, 0.1);
+    const auto put = [&](const btVector3& at) {
+        btTransform pose(btQuaternion(btVector3(0, 0, 1), SIMD_PI / 4));
+        pose.setOrigin(at);
+        beam.setWorldTransform(pose);
+        collector.collect(*scene.world, 0.1);
+        EXPECT_TRUE(collector.refused().empty()) << collector.refused().front().reason;
+        EXPECT_TRUE(collector.is_coupled(beam));
+        return collector.bodies().size();
+    };
+    EXPECT_EQ(put({2, 2, 0}), 1u);
+    EXPECT_EQ(put({2.5f, -2.5f, 0}), 0u);
+    EXPECT_EQ(put({2, 2, 0}), 1u);
+    EXPECT_EQ(put({0, 30, 0}), 0u) << "it has left at once";
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::body_collector_test

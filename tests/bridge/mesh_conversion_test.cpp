@@ -272,6 +272,56 @@ TEST(MeshConversion, mesh_larger_than_the_grid_is_cut_to_it) {
     EXPECT_NE(shape_fingerprint(bvh, grid), shape_fingerprint(bvh, {{5, 0, -2}, 3, kVoxel}));
 }
 
+/// A closed box of 8 m.
+struct LargeMesh {
+    btTriangleMesh mesh;
+    std::unique_ptr<btBvhTriangleMeshShape> shape;
+    LargeMesh() {
+        const btBoxShape box(btVector3(4, 4, 4));
+        const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
+                                 {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+        for (const auto& f : faces) {
+            btVector3 at[4];
+            for (int k = 0; k < 4; ++k) box.getVertex(f[k], at[k]);
+            mesh.addTriangle(at[0], at[1], at[2], true);
+            mesh.addTriangle(at[0], at[2], at[3], true);
+        }
+        shape = std::make_unique<btBvhTriangleMeshShape>(&mesh, true);
+    }
+};
+
+// It was refused, and the whole compound that had one such child with it.
+TEST(MeshConversion, large_shapes_beside_the_grid_take_no_part) {
+    const LargeMesh large;
+    const btVector3 centers[] = {{-3, 0, 0}, {3, 0, 0}};
+    const btScalar radii[] = {1, 2};
+    const btMultiSphereShape spheres(centers, radii, 2);
+    std::vector<float> heights(100, 0.5f);
+    const btHeightfieldTerrainShape field(10, 10, heights.data(), 0.f, 1.f, 1, false);
+    for (const btCollisionShape* shape :
+         std::initializer_list<const btCollisionShape*>{large.shape.get(), &spheres, &field}) {
+        SCOPED_TRACE(shape->getName());
+        for (const Vec3 at : {Vec3{9, 0, 0}, Vec3{0, 12, 0}, Vec3{0, 0, -9}}) {
+            const auto beside = convert_shape(*shape, {at, 2, 0.2});
+            ASSERT_TRUE(beside) << beside.error();
+            EXPECT_TRUE(beside->empty());
+        }
+        const auto here = convert_shape(*shape, {{3, 0, 0}, 2, 0.2});
+        ASSERT_TRUE(here) << here.error();
+        EXPECT_EQ(here->size(), 1u);
+    }
+    btBoxShape box(btVector3(0.2f, 0.2f, 0.2f));
+    btCompoundShape level;
+    btTransform far_away = btTransform::getIdentity();
+    far_away.setOrigin(btVector3(20, 0, 0));
+    level.addChildShape(far_away, large.shape.get());
+    level.addChildShape(btTransform::getIdentity(), &box);
+    const auto converted = convert_shape(level, {{0, 0, 0}, 2, 0.2});
+    ASSERT_TRUE(converted) << converted.error();
+    ASSERT_EQ(converted->size(), 1u);
+    EXPECT_EQ(converted->front().kind, ConvexShape::Kind::box);
+}
+
 // --- fingerprints
 
 TEST(MeshConversion, fingerprint_sees_a_corner_moved_and_refitted) {
