@@ -287,13 +287,17 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored) {
             continue;
         }
-        const bool is_placed = is_rigid(from_bullet(object.getWorldTransform()));
+        const Pose pose = from_bullet(object.getWorldTransform());
+        const bool is_placed = is_rigid(pose);
         const bool is_in_grid = is_placed && touches_grid(object);
         const auto known = tracked_.find(&object);
         // A body that has just left is shown to the soil once more; one with a NaN pose always, so
         // that it is reported.
         if (!is_in_grid && is_placed && (known == tracked_.end() || !known->second.was_in_grid)) {
-            if (known != tracked_.end()) known->second.seen_in_scan = scan_;
+            if (known != tracked_.end()) {
+                known->second.seen_in_scan = scan_;
+                known->second.last_pose = pose;  // it may come back
+            }
             continue;
         }
         Tracked& tracked = track(object);
@@ -314,7 +318,10 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
             refuse(object, tracked, tracked.refusal);
             continue;
         }
-        if (tracked.shapes->empty()) continue;  // its box touches the grid, it does not
+        if (tracked.shapes->empty()) {  // its box touches the grid, it does not
+            tracked.last_pose = pose;
+            continue;
+        }
         BodyState& state = bodies_.emplace_back();
         describe(world, object, options, tracked, elapsed_s, state);
         state.world_index = i;

@@ -52,5 +52,25 @@ TEST(BodyCollector, that_meets_nothing_of_a_body_refuses_none) {
     EXPECT_EQ(put({0, 30, 0}), 0u) << "it has left at once";
 }
 
+// Its velocity was that from where it had left the grid, in one step.
+TEST(BodyCollector, that_meets_a_driven_body_again_knows_how_fast_it_comes) {
+    BulletScene scene;
+    btBoxShape box(btVector3(0.1f, 0.1f, 0.1f));
+    btCollisionObject object;  // of no velocity that Bullet knows
+    object.setCollisionShape(&box);
+    object.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    scene.world->addCollisionObject(&object);
+    BodyCollector collector({{-1, -1, -1}, {1, 1, 1}});
+    for (const btScalar x : {0.f, 5.f, 3.f, 2.f, 1.f}) {
+        btTransform pose = btTransform::getIdentity();
+        pose.setOrigin(btVector3(x, 0, 0));
+        object.setWorldTransform(pose);
+        collector.collect(*scene.world, 0.1);
+    }
+    ASSERT_EQ(collector.bodies().size(), 1u);
+    EXPECT_NEAR(collector.bodies()[0].motion.linear_velocity_m_s.x, -10, 1e-4);
+    scene.world->removeCollisionObject(&object);
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::body_collector_test
