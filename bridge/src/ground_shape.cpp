@@ -1,5 +1,7 @@
 #include "ground_shape.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
@@ -10,6 +12,23 @@
 #include "bullet_types.h"
 
 namespace bsoil::bullet {
+namespace {
+
+/// A triangle has two sides, and soil one: contacts with this one that push into the soil go.
+void drop_contacts_from_below(btPersistentManifold& manifold, const btCollisionShape& ground,
+                              int index, const btVector3& normal) {
+    const bool is_first = manifold.getBody0()->getCollisionShape() == &ground;
+    const btCollisionObject& object = is_first ? *manifold.getBody0() : *manifold.getBody1();
+    for (int i = manifold.getNumContacts() - 1; i >= 0; --i) {
+        const btManifoldPoint& point = manifold.getContactPoint(i);
+        if ((is_first ? point.m_index0 : point.m_index1) != index) continue;
+        const btVector3 along = point.m_normalWorldOnB * object.getWorldTransform().getBasis();
+        const btVector3 outward = is_first ? -along : along;
+        if (outward.z() < 0 || outward.dot(normal) <= 0) manifold.removeContactPoint(i);
+    }
+}
+
+}  // namespace
 
 GroundShape::GroundShape(GroundSurface& surface, double height_m)
     : surface_(surface),
@@ -34,10 +53,14 @@ void GroundShape::process_cell(GroundSurface::Cell cell, double z_low_m, double 
 void GroundShape::process(std::span<const GroundSurface::Triangle> triangles,
                           GroundSurface::Cell cell, btTriangleCallback& callback) const {
     int index = 2 * (cell.y * surface_.cell_count(0) + cell.x);
+    const auto* of_convex = dynamic_cast<btConvexTriangleCallback*>(&callback);
     for (const GroundSurface::Triangle& triangle : triangles) {
         btVector3 corners[3];
         for (int k = 0; k < 3; ++k) corners[k] = to_bullet(triangle.corners_m[k]);
-        callback.processTriangle(corners, 0, index++);
+        const btVector3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        callback.processTriangle(corners, 0, index);
+        if (of_convex) drop_contacts_from_below(*of_convex->m_manifoldPtr, *this, index, normal);
+        ++index;
     }
 }
 
@@ -50,13 +73,28 @@ void GroundShape::processAllTriangles(btTriangleCallback* callback, const btVect
     const GroundSurface::Cell last = surface_.cell_at(to.x, to.y);
     // Sweeps ask and go; what is left makes contacts.
     if (!dynamic_cast<btTriangleConvexcastCallback*>(callback)) surface_.meet(first, last);
-    // Where it is plane, a body rests on four corners of its own, not on a pick of them out of
-    // every triangle below it, which changes from step to step.
-    std::array<GroundSurface::Triangle, 2> plane;
-    if (surface_.plane_triangles(first, last, plane)) return process(plane, first, *callback);
-    for (int y = first.y; y <= last.y; ++y) {
-        for (int x = first.x; x <= last.x; ++x) process_cell({x, y}, from.z, to.z, *callback);
+    process_cells(first, last, from.z, to.z, *callback);
+}
+
+// Where the surface is plane, a body rests on corners of its own, not on a pick of them out of
+// every triangle below it, which changes from step to step.
+void GroundShape::process_cells(GroundSurface::Cell first, GroundSurface::Cell last, double z_low_m,
+                                double z_high_m, btTriangleCallback& callback) const {
+    if (first.x == last.x && first.y == last.y) {
+        return process_cell(first, z_low_m, z_high_m, callback);
     }
+    std::array<GroundSurface::Triangle, 2> plane;
+    if (surface_.plane_triangles(first, last, plane)) return process(plane, first, callback);
+    GroundSurface::Cell low_end = last, high_start = first;
+    if (last.x - first.x >= last.y - first.y) {
+        low_end.x = (first.x + last.x) / 2;
+        high_start.x = low_end.x + 1;
+    } else {
+        low_end.y = (first.y + last.y) / 2;
+        high_start.y = low_end.y + 1;
+    }
+    process_cells(first, low_end, z_low_m, z_high_m, callback);
+    process_cells(high_start, last, z_low_m, z_high_m, callback);
 }
 
 // From cell to cell along the ray (Amanatides and Woo 1987), until a triangle nearer than the next

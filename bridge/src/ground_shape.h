@@ -32,6 +32,9 @@ class GroundShape final : public btConcaveShape {
     const char* getName() const override { return "Soil"; }
 
   private:
+    /// The surface of all cells from first to last (inclusive), plane parts of it as a whole.
+    void process_cells(GroundSurface::Cell first, GroundSurface::Cell last, double z_low_m,
+                       double z_high_m, btTriangleCallback& callback) const;
     void process_cell(GroundSurface::Cell cell, double z_low_m, double z_high_m,
                       btTriangleCallback& callback) const;
     void process(std::span<const GroundSurface::Triangle> triangles, GroundSurface::Cell cell,

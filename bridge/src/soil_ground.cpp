@@ -3,6 +3,7 @@
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "bullet_types.h"
@@ -18,6 +19,10 @@ constexpr double kReachVoxels = 1;
 /// and meets the soil about so far ahead. Larger: debris stops at once; smaller: it rolls about on
 /// the bumps of the ground for long.
 constexpr btScalar kRollingArmM = btScalar(0.03);
+/// But no more than this share of a body's radius. Ours: the faces of a tetrahedron lie at a third
+/// of its radius. Larger: Bullet holds small debris on its edges, where it creeps on for good;
+/// smaller: pebbles roll on farther.
+constexpr btScalar kRollingShare = btScalar(0.3);
 
 }  // namespace
 
@@ -31,8 +36,8 @@ class SoilGround::Object final : public btRigidBody {
         setInterpolationWorldTransform(getWorldTransform());
         setCollisionFlags(getCollisionFlags() | CF_STATIC_OBJECT | CF_DISABLE_VISUALIZE_OBJECT);
         setFriction(1);  // what a pair has is the product: the other body's
-        setRollingFriction(kRollingArmM);
-        setSpinningFriction(kRollingArmM);
+        setRollingFriction(ground.rolling_arm_m_);
+        setSpinningFriction(ground.spinning_arm_m_);
         ask_for_pairs();
     }
     ~Object() override {
@@ -43,8 +48,11 @@ class SoilGround::Object final : public btRigidBody {
     void ask_for_pairs() { m_checkCollideWith = true; }
     bool checkCollideWithOverride(const btCollisionObject* other) const override {
         // Bullet's soft bodies keep a copy of each triangle they have met: it would go stale.
-        return btRigidBody::checkCollideWithOverride(other) && ground_ &&
-               other->getInternalType() != CO_SOFT_BODY && !ground_->is_coupled_(*other);
+        const bool collides = btRigidBody::checkCollideWithOverride(other) && ground_ &&
+                              other->getInternalType() != CO_SOFT_BODY &&
+                              !ground_->is_coupled_(*other);
+        if (collides) ground_->fit_arms(*other);
+        return collides;
     }
 
   private:
@@ -59,6 +67,7 @@ SoilGround::SoilGround(btDiscreteDynamicsWorld& world, GroundSurface& surface,
       surface_(surface),
       shape_(surface_, frame.size[2] * frame.voxel_m),
       is_coupled_(std::move(is_coupled)) {
+    rolling_arm_m_ = spinning_arm_m_ = kRollingArmM;
     object_ = new Object(*this, grid_to_world_);
     world_.addRigidBody(object_, options.ground_group, options.ground_mask);
 }
@@ -72,6 +81,20 @@ SoilGround::~SoilGround() {
 }
 
 btRigidBody* SoilGround::object() const { return object_; }
+
+void SoilGround::fit_arms(const btCollisionObject& other) {
+    btVector3 center;
+    btScalar radius_m = 0;
+    other.getCollisionShape()->getBoundingSphere(center, radius_m);
+    const btScalar arm_m = std::min(kRollingArmM, kRollingShare * radius_m);
+    // What the host has set stays.
+    if (object_->getRollingFriction() == rolling_arm_m_) {
+        object_->setRollingFriction(rolling_arm_m_ = arm_m);
+    }
+    if (object_->getSpinningFriction() == spinning_arm_m_) {
+        object_->setSpinningFriction(spinning_arm_m_ = arm_m);
+    }
+}
 
 void SoilGround::open_substep() {
     if (object_) object_->ask_for_pairs();

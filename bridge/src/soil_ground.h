@@ -38,12 +38,16 @@ class SoilGround {
 
   private:
     class Object;
+    /// Bullet asks whether the ground collides with an object right before it makes their contacts,
+    /// which have the friction of both.
+    void fit_arms(const btCollisionObject& other);
     btDiscreteDynamicsWorld& world_;
     Pose grid_to_world_;
     GroundSurface& surface_;
     GroundShape shape_;
     std::function<bool(const btCollisionObject&)> is_coupled_;
-    Object* object_ = nullptr;  // owned; the host may delete it
+    Object* object_ = nullptr;                         // owned; the host may delete it
+    btScalar rolling_arm_m_ = 0, spinning_arm_m_ = 0;  ///< as set last
 };
 
 }  // namespace bsoil::bullet

@@ -123,7 +123,8 @@ class SoilAction final : public btActionInterface {
     /// The static body that rays hit and that uncoupled bodies (ignored or refused ones) rest on;
     /// null without SoilActionDef::ground or once the host has deleted it. Coupled bodies and soft
     /// bodies have no contact with it. The host may set its friction (1: a pair's is the other
-    /// body's), rolling and spinning friction (0.03 m), restitution and user data, have it ignore
+    /// body's), rolling and spinning friction (0.03 m, and at most 0.3 of a body's radius; it is
+    /// set anew for each pair, until the host does), restitution and user data, have it ignore
     /// objects (setIgnoreCollisionCheck), or take it out of the world.
     btRigidBody* ground() const;
 
