@@ -137,6 +137,7 @@ class RestCheck final : public Check {
                 dot(part.velocity_m_s, part.velocity_m_s) / (2 * world.gravity_m_s2());
             const auto [it, is_new] = energy_heights_m_.emplace(part.object, now_m);
             it->second = std::max(it->second, now_m);
+            if (!part.is_asleep) remember_surface(world, part);
         }
         still_s_.resize(world.soils().size());
         for (size_t i = 0; i < still_s_.size(); ++i) {
@@ -156,6 +157,25 @@ class RestCheck final : public Check {
     }
 
   private:
+    /// A body has not sunk from the top of a bank that has slid in about it. Nor does the circle
+    /// tell the foot of a bank from a slope, where the soil ends on some of its sides. 924051: a
+    /// hull fell onto such a foot, and lay 0.07 m deep for 0.15.
+    void remember_surface(const BuiltWorld& world, const MovingPart& part) {
+        const double radius = radius_m(world, part.object);
+        const int index = soil_below(world, part.pose.position, radius);
+        if (index < 0 || part.is_of_chain) return;
+        const Vec3 lowest = lowest_point(*part.object->getCollisionShape(),
+                                         part.object->getWorldTransform(), world.up());
+        const auto beside_m =
+            surface_beside_m(world, world.soil(index), lowest, kBesideRadii * radius);
+        if (!beside_m) return;
+        const Met here{part.pose.position, *beside_m};
+        const auto [it, is_new] = met_.emplace(part.object, here);
+        const Vec3 along = cross(here.at_m - it->second.at_m, world.up());
+        if (length(along) > radius) it->second = here;
+        it->second.surface_m = std::min(it->second.surface_m, *beside_m);
+    }
+
     /// A body asleep is held as it was when it fell asleep, while it still moved perhaps: what it
     /// bears since a touch counts as a change of that. World 81305: a body of 5 t rocked at 0.11
     /// m/s when it fell asleep, and was filled beside; the last substep alone is 2 % off.
@@ -331,8 +351,11 @@ class RestCheck final : public Check {
         }
         const double ring_m = kBesideRadii * radius;
         if (!is_free(world, part.object, index) || is_in_pit(world, index, lowest, ring_m)) return;
-        const auto surface_m = surface_beside_m(world, soil, lowest, ring_m);
+        auto surface_m = surface_beside_m(world, soil, lowest, ring_m);
         if (!surface_m) return;
+        if (const auto met = met_.find(part.object); met != met_.end()) {
+            surface_m = std::min(*surface_m, met->second.surface_m);
+        }
         const double carried_kg = load_kg(world, *part.object);
         const double weight_n = (part.mass_kg + carried_kg) * world.gravity_m_s2();
         const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - *surface_m);
@@ -457,6 +480,12 @@ class RestCheck final : public Check {
     std::vector<double> still_s_;  ///< by soil: the world's time when no block was active last
     /// The highest that each body has been, its speed reckoned in.
     std::map<const btCollisionObject*, double> energy_heights_m_;
+    /// Where a body came to, and the lowest surface beside it since: within its radius, level.
+    struct Met {
+        Vec3 at_m;
+        double surface_m = 0;
+    };
+    std::map<const btCollisionObject*, Met> met_;
 };
 
 }  // namespace

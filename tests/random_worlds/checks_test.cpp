@@ -71,6 +71,19 @@ TEST(Failures, are_told_of_each_body) {
     EXPECT_EQ(known_fault(plan, failures.list()[1]), nullptr);
 }
 
+// Sand that stands upright beside a box slides in about it, 0.2 m high: it has not sunk from there.
+TEST(RestCheck, goes_by_the_surface_that_a_body_has_met) {
+    WorldPlan plan = bed(0.2);
+    plan.soils[0].def.size_m = {1.2, 1.2, 1};
+    plan.soils[0].fills[0].high_m = {1.2, 1.2, 0.2};
+    plan.soils[0].fills.push_back({.low_m = {0, 0.65, 0.2}, .high_m = {1.2, 1.2, 1}});
+    plan.bodies.push_back(box_at({0.6, 0.6, 0.32}, {0.1, 0.1, 0.1}, BodyPlan::Kind::moving));
+    bool sleeps = false;
+    const auto look = [&sleeps](BuiltWorld& world) { sleeps = world.is_all_asleep(); };
+    EXPECT_EQ(failures_of(make_rest_check, plan, 400, look), "");
+    EXPECT_TRUE(sleeps) << "else nothing is asked of it";
+}
+
 // What has left the soil may roll on for good, also where it still reaches into it.
 TEST(SleepCheck, takes_what_reaches_in_from_beside_for_a_cause) {
     for (const double x_m : {1.1, 1.5}) {
