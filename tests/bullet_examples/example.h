@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include "bsoil/bullet/soil_action.h"
 #include "bullet_scene.h"
@@ -29,6 +30,11 @@ struct Course {
     /// momentum of the bodies does not explain.
     double unbalanced_n = 0;
     double top_speed_m_s = 0;
+    double drift_m = 0;  ///< how far the bodies' common centre of mass went sideways
+    /// Of a frame, at most: elements of bodies against soil, and columns of 8 voxels that the
+    /// kernels looked at. The same on every machine, where milliseconds are not.
+    size_t contacts_most = 0;
+    int64_t columns_most = 0;
 };
 
 /// A world of Bullet's examples, y up, whose ground ends at y = 0.
@@ -98,6 +104,8 @@ class Example {
         const int all = awake_count();
         bool were_awake = true;  // all of them, in this second: what falls asleep stops dead
         double least_j = energy_j(), impulse_n_s = 0, momentum_n_s = this->momentum_n_s();
+        const btVector3 from = center_m();
+        int64_t columns = column_count();
         while (frame_ - first < count && awake_count() > 0) {
             before_step();
             step();
@@ -107,6 +115,10 @@ class Example {
             least_j = std::min(least_j, now_j);
             out.top_speed_m_s = std::max(out.top_speed_m_s, top_speed_m_s());
             if (has_soil()) {
+                out.contacts_most =
+                    std::max(out.contacts_most, soil_->last_report().contacts.size());
+                const int64_t before = std::exchange(columns, column_count());
+                out.columns_most = std::max(out.columns_most, columns - before);
                 impulse_n_s += (soil_force_n() - weight_n() - damping_n()) / kFramesPerS;
             }
             if ((frame_ - first) % kFramesPerS == 0) {
@@ -122,6 +134,9 @@ class Example {
             }
         }
         out.slept_s = static_cast<double>(frame_ - first) / kFramesPerS;
+        btVector3 way = center_m() - from;
+        way.setY(0);
+        out.drift_m = static_cast<double>(way.length());
         return out;
     }
     double time_s() const { return static_cast<double>(frame_) / kFramesPerS; }
@@ -156,6 +171,31 @@ class Example {
             }
         }
         return sum;
+    }
+    /// Common centre of mass of all bodies.
+    btVector3 center_m() const {
+        btVector3 sum(0, 0, 0);
+        for (const auto& body : scene_.bodies) {
+            if (body->isStaticOrKinematicObject()) continue;
+            sum += body->getWorldTransform().getOrigin() / body->getInvMass();
+        }
+        return sum / static_cast<btScalar>(mass_kg());
+    }
+    /// Columns of 8 voxels that the kernels have looked at so far.
+    int64_t column_count() const {
+        int64_t sum = 0;
+        if (!soil_) return sum;
+        for (const PassWork& pass : soil_->soil().work_counts().passes) sum += pass.column_count;
+        return sum;
+    }
+    /// A frame's work is no more than so many elements, and looks at each column of the grid. A
+    /// grid that is awake as a whole is looked at by each of some twenty kernels.
+    void expect_work(const Course& course, size_t contacts, double looks) const {
+        const GridFrame& frame = soil_->soil().frame();
+        const double columns = 1.0 * frame.size[0] * frame.size[1] * ((frame.size[2] + 7) / 8);
+        EXPECT_GT(course.contacts_most, contacts / 2) << "else it says nothing";
+        EXPECT_LT(course.contacts_most, contacts);
+        EXPECT_LT(static_cast<double>(course.columns_most), looks * columns);
     }
     /// Of all bodies and of the soil they carry [N].
     double weight_n() const {
