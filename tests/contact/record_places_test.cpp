@@ -18,8 +18,8 @@ constexpr int kSide = 200;
 std::vector<ContactRecord> some_records() {
     std::mt19937 random(5);
     std::vector<ContactRecord> records;
-    constexpr unsigned kSides[3][3] = {{12, 12, 12}, {kSide, kSide, kSide}, {130, 4, 4}};
-    for (int i = 0; i < 450; ++i) {
+    constexpr unsigned kSides[3][3] = {{12, 12, 12}, {kSide, kSide, kSide}, {110, 3, 3}};
+    for (int i = 0; i < 300; ++i) {
         ContactRecord record;
         record.body = i % 3;
         for (int k = 0; k < 3; ++k) {

@@ -98,7 +98,7 @@ bool RecordPlaces::find_along(const int voxel[3], int axis, int step, int body,
     const Box& box = boxes_[static_cast<size_t>(body)];
     if (!box.holds(voxel)) return false;
     const int x = box.cell_at(voxel, 0), y = box.cell_at(voxel, 1), z = box.cell_at(voxel, 2);
-    if (!is_any_near(box, x, x, y, z)) return false;
+    if (!is_near(box, x, y, z)) return false;
     if (box.cell_shift == 0) {
         const int32_t* cell = &cells_[box.cell(x, y, z)];
         // A cell is a voxel: its first record is of that voxel, and those beside are in the box.

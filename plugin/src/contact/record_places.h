@@ -106,6 +106,11 @@ class RecordPlaces {
     void mark_near();
     void mark_near_voxels(const Box& box);
     void mark_near_cells(const ContactRecord& record);
+    /// Whether a cell is marked.
+    bool is_near(const Box& box, int x, int y, int z) const {
+        const uint64_t word = near_[box.row(y, z) + static_cast<size_t>(x / kWordBits)];
+        return (word >> x % kWordBits & 1) != 0;
+    }
     /// Whether a cell of a row from first to last is marked.
     bool is_any_near(const Box& box, int first, int last, int y, int z) const;
 
