@@ -58,7 +58,8 @@ btDiscreteDynamicsWorld& world_of(void* world) {
     if (type != BT_DISCRETE_DYNAMICS_WORLD && type != BT_SOFT_RIGID_DYNAMICS_WORLD &&
         type != BT_SOFT_MULTIBODY_DYNAMICS_WORLD &&
         type != BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD) {
-        refuse("world has type " + std::to_string(type) + " and is no btDiscreteDynamicsWorld");
+        refuse("world has type " + std::to_string(type) +
+               " and is no btDiscreteDynamicsWorld; make one, or a world that derives from it");
     }
     return static_cast<btDiscreteDynamicsWorld&>(out);
 }
@@ -94,7 +95,9 @@ bulletsoil_result fail(bulletsoil_result code, std::string_view text) {
 void check_handle(const bulletsoil_soil* soil) {
     required(soil, "soil");
     if (!living_soils().contains(soil)) {
-        refuse("soil is no living soil: it was destroyed, or never created");
+        refuse(
+            "soil is no living soil: it was destroyed, or never created; take what "
+            "bulletsoil_create gave");
     }
 }
 
@@ -319,7 +322,7 @@ bulletsoil_result bulletsoil_get_totals(const bulletsoil_soil* soil, size_t capa
         const bsoil::SoilTotals totals = action_of(soil).soil().totals();
         if (capacity < totals.units.size()) {
             refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
-                   std::to_string(totals.units.size()) + " materials");
+                   std::to_string(totals.units.size()) + " materials; make room for them");
         }
         if (units != nullptr) std::copy(totals.units.begin(), totals.units.end(), units);
         if (mass_kg != nullptr) std::copy(totals.mass_kg.begin(), totals.mass_kg.end(), mass_kg);
@@ -341,7 +344,7 @@ bulletsoil_result bulletsoil_get_surface_height(const bulletsoil_soil* soil,
         const bsoil::Vec3 at = frame.to_grid(where);
         if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1])) {
             refuse("point_m is (" + std::to_string(where.x) + ", " + std::to_string(where.y) +
-                   ", " + std::to_string(where.z) + "), not above or below the soil's grid");
+                   ", " + std::to_string(where.z) + "), must be above or below the soil's grid");
         }
         const double above_floor_m =
             ground.surface_height_m(static_cast<int>(at.x), static_cast<int>(at.y));
@@ -383,7 +386,8 @@ bulletsoil_result bulletsoil_get_condition(const bulletsoil_soil* soil, size_t i
         check_size("condition", struct_size, kConditionBytesMin, sizeof *condition);
         if (index >= all.size()) {
             refuse("index is " + std::to_string(index) + ", there are " +
-                   std::to_string(all.size()) + " conditions");
+                   std::to_string(all.size()) +
+                   " conditions; ask bulletsoil_get_condition_count first");
         }
         const bsoil::Condition& known = all[index].condition;
         bulletsoil_condition out{};

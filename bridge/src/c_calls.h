@@ -21,6 +21,11 @@ bulletsoil_result fail(bulletsoil_result code, std::string_view text);
 /// Refuses what is no handle of a living soil.
 void check_handle(const bulletsoil_soil* soil);
 
+inline constexpr char kOutOfMemory[] =
+    "out of memory on this machine; take a smaller size_m or larger voxels";
+inline constexpr char kUnknownException[] =
+    "an exception of unknown type; please report what was called";
+
 template <typename Body>
 bulletsoil_result guarded(const char* function, Body&& body) noexcept {
     try {
@@ -30,14 +35,14 @@ bulletsoil_result guarded(const char* function, Body&& body) noexcept {
         } catch (const Failure& failure) {
             return fail(failure.code, std::string(function) + ": " + failure.text);
         } catch (const std::bad_alloc&) {
-            return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
+            return fail(BULLETSOIL_OUT_OF_MEMORY, kOutOfMemory);
         } catch (const std::exception& error) {
             return fail(BULLETSOIL_INTERNAL_ERROR, std::string(function) + ": " + error.what());
         } catch (...) {
-            return fail(BULLETSOIL_INTERNAL_ERROR, "an exception of unknown type");
+            return fail(BULLETSOIL_INTERNAL_ERROR, kUnknownException);
         }
     } catch (...) {  // no memory for the text
-        return fail(BULLETSOIL_OUT_OF_MEMORY, "out of memory");
+        return fail(BULLETSOIL_OUT_OF_MEMORY, kOutOfMemory);
     }
 }
 

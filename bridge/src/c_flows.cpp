@@ -13,7 +13,7 @@ Pose pose_of(const double* center_m, const double* rotation, const char* center_
     out.position = point(center_m, center_name);
     const double* q = &required(rotation, rotation_name.c_str());
     const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(size > 0.99 && size < 1.01)) refuse(rotation_name + " is no unit quaternion");
+    if (!(size > 0.99 && size < 1.01)) refuse(rotation_name + " must be a unit quaternion");
     out.rotation = {q[0] / size, q[1] / size, q[2] / size, q[3] / size};
     return out;
 }
@@ -192,7 +192,7 @@ bulletsoil_result bulletsoil_get_flow_totals(const bulletsoil_soil* soil, size_t
         const bsoil::SoilTotals totals = action_of(soil).soil().totals();
         if (capacity < totals.units.size()) {
             refuse("capacity is " + std::to_string(capacity) + ", this soil has " +
-                   std::to_string(totals.units.size()) + " materials");
+                   std::to_string(totals.units.size()) + " materials; make room for them");
         }
         if (units_in != nullptr) {
             std::copy(totals.units_in.begin(), totals.units_in.end(), units_in);
@@ -224,7 +224,7 @@ bulletsoil_result bulletsoil_get_saturation(const bulletsoil_soil* soil, const d
         if (!(at.x >= 0 && at.x < frame.size[0] && at.y >= 0 && at.y < frame.size[1] && at.z >= 0 &&
               at.z < frame.size[2])) {
             refuse("point_m is (" + std::to_string(where.x) + ", " + std::to_string(where.y) +
-                   ", " + std::to_string(where.z) + "), not in the soil's grid");
+                   ", " + std::to_string(where.z) + "), must be in the soil's grid");
         }
         *saturation =
             ground.sample(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z))

@@ -69,7 +69,7 @@ void check_size(const char* name, size_t struct_size, size_t least, size_t most)
     if (struct_size > most) {
         refuse(std::string(name) + ".struct_size is " + std::to_string(struct_size) +
                ", this library (" + version() + ") knows " + std::to_string(most) +
-               " bytes: the program was compiled for a newer one");
+               " bytes: the program was compiled for a newer one; link that");
     }
 }
 
@@ -102,7 +102,7 @@ std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
     if (def.materials == nullptr) {
         if (def.material_count != 0) {
             refuse("def.material_count is " + std::to_string(def.material_count) +
-                   ", and def.materials is null");
+                   ", and def.materials is null; let it point to them");
         }
         return out;
     }
@@ -121,7 +121,7 @@ std::vector<MaterialDef> materials_of(const bulletsoil_soil_def& def) {
         const auto& material = *reinterpret_cast<const bulletsoil_material*>(bytes);
         if (material.struct_size != stride) {
             refuse("def.materials[" + std::to_string(i) + "].struct_size is " +
-                   std::to_string(material.struct_size) + ", that of the first is " +
+                   std::to_string(material.struct_size) + ", must be that of the first, " +
                    std::to_string(stride));
         }
         if (material.reserved != 0) {

@@ -23,7 +23,7 @@ struct Failure {
 
 template <typename T>
 T& required(T* pointer, const char* name) {
-    if (pointer == nullptr) refuse(std::string(name) + " is null");
+    if (pointer == nullptr) refuse(std::string(name) + " is null, must be given");
     return *pointer;
 }
 

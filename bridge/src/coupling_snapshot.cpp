@@ -361,7 +361,7 @@ Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
     const std::vector<VehicleMemory>& saved = memory_->vehicles;
     const auto counts = [](const std::string& what, size_t in_snapshot, size_t found) {
         return Error{"is of another world: " + std::to_string(in_snapshot) + " " + what +
-                     " in the snapshot, " + std::to_string(found) + " here"};
+                     " in the snapshot, " + std::to_string(found) + " here; attach as many"};
     };
     if (saved.size() != attached.size()) {
         return counts("vehicles attached to a SoilRaycaster", saved.size(), attached.size());
@@ -376,7 +376,7 @@ Status CouplingSnapshot::check_same_vehicles(const SoilVehicles& here) const {
             const std::string differs = difference(saved[i].wheels[k], vehicle.wheels[k]);
             if (!differs.empty()) {
                 return Error{"is of another world: wheel " + std::to_string(k) + " of " + name +
-                             " has here " + differs};
+                             " has here " + differs + "; build it as it was"};
             }
         }
     }
@@ -418,11 +418,12 @@ Status CouplingSnapshot::check_loads(const Soil& soil) const {
         };
         for (const auto& amount : amounts) {
             if (amount.is <= amount.most) continue;
-            char text[200];
+            char text[300];
             std::snprintf(text, sizeof text,
                           "is damaged: body %d %s %.3g %s for its load, and all soil that the grid "
-                          "can hold allows %.3g",
-                          loaded.body.id, amount.what, amount.is, amount.unit, amount.most);
+                          "can hold allows %.3g%s",
+                          loaded.body.id, amount.what, amount.is, amount.unit, amount.most,
+                          kTakeAnotherCopy);
             return Error{text};
         }
     }

@@ -362,7 +362,9 @@ std::span<const BodyLoad> SoilAction::Impl::moved_loads() {
 Result<SettleReport> SoilAction::settle(int steps_max) {
     Impl& d = *impl_;
     if (!d.world_if_there()) return Error{kWorldIsGone};
-    if (!d.enabled) return Error{"the soil is switched off: set_enabled(true) before settle()"};
+    if (!d.enabled) {
+        return Error{"the soil is switched off; call set_enabled(true) before settle()"};
+    }
     return d.settle(steps_max);
 }
 

@@ -18,7 +18,8 @@
 
 namespace bsoil::bullet {
 
-inline constexpr char kWorldIsGone[] = "the world of the soil has been emptied or destroyed";
+inline constexpr char kWorldIsGone[] =
+    "the world of the soil has been emptied or destroyed; make a new SoilAction";
 
 struct SoilAction::Impl {
     Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<Soil> new_soil,

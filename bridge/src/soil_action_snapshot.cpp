@@ -44,7 +44,9 @@ Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& 
     std::vector<BodyLoad> loads(report.loads.begin(), report.loads.end());
     list(stream, report, loads);
     CouplingSnapshot::of(d.parts()).serialize(stream, *d.world);
-    if (!stream.good()) return Error{"a pose, velocity or force of a body is not finite"};
+    if (!stream.good()) {
+        return Error{"a pose, velocity or force of a body is not finite; take that body out"};
+    }
     auto soil = d.soil->checked_state();
     if (!soil) return Error{soil.error()};
     return std::vector<SnapshotSection>{{section_name("soil", index), std::move(*soil)},
@@ -59,7 +61,11 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     d.take_out();  // loads and their bodies are told apart
     const std::vector<uint8_t>* soil = find_section(sections, section_name("soil", index));
     const std::vector<uint8_t>* coupling = find_section(sections, section_name("coupling", index));
-    if (!soil || !coupling) return Error{"holds no coupled soil of this number"};
+    if (!soil || !coupling) {
+        return Error{
+            "holds no coupled soil of this number; load a file that a SoilAction or save_world() "
+            "wrote"};
+    }
     struct Saved {
         double unstepped_s = 0, uncollected_s = 0;
         long long step_count = 0;
@@ -72,7 +78,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     StateStream stream(*coupling);
     std::vector<ObjectKind> kinds;
     stream.list(kinds, 32, [&](ObjectKind& kind) { kind.list(stream); });
-    if (!stream.good()) return Error{"is damaged"};
+    if (!stream.good()) return Error{std::string("is damaged") + kTakeAnotherCopy};
     if (const Status same = check_same_objects(kinds, *d.world); !same) return Error{same.error()};
     stream(saved->unstepped_s, saved->uncollected_s, saved->step_count, saved->enabled,
            saved->is_paused);
@@ -81,7 +87,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     const double step_s = d.soil->def().step_s;
     if (!stream.at_end() || saved->step_count < 0 || saved->step_count > kStepsMost ||
         std::abs(saved->unstepped_s) > step_s) {
-        return Error{"is damaged"};
+        return Error{std::string("is damaged") + kTakeAnotherCopy};
     }
     if (const Status same = saved->memory.check_same_vehicles(*d.vehicles); !same) {
         return Error{same.error()};

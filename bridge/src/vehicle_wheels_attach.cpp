@@ -18,12 +18,15 @@ VehicleWheels::~VehicleWheels() {
 
 Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWheelDef> defs) {
     const auto vehicles = soil_.lock();
-    if (!vehicles) return Error{"SoilRaycaster::attach: the SoilAction is gone"};
+    if (!vehicles) return Error{"SoilRaycaster::attach: the SoilAction is gone; make both anew"};
     const int count = vehicle.getNumWheels();
-    if (count == 0) return Error{"SoilRaycaster::attach: the vehicle has no wheels yet"};
+    if (count == 0) {
+        return Error{"SoilRaycaster::attach: the vehicle has no wheels yet; add them first"};
+    }
     if (static_cast<int>(defs.size()) != count) {
         return Error{"SoilRaycaster::attach: " + std::to_string(defs.size()) +
-                     " wheels are described, the vehicle has " + std::to_string(count)};
+                     " wheels are described, the vehicle has " + std::to_string(count) +
+                     "; give one SoilWheelDef for each"};
     }
     if (!vehicles->is_action(&vehicle)) {
         return Error{
@@ -65,7 +68,9 @@ Status VehicleWheels::attach(btRaycastVehicle& vehicle, std::span<const SoilWhee
         for (const Wheel& other : wheels) {
             if (other.id >= 0) vehicles->collector().give_back_id(other.id);
         }
-        return Error{"SoilRaycaster::attach: more bodies than there are ids"};
+        return Error{
+            "SoilRaycaster::attach: more bodies than there are ids, 65535; let the soil ignore "
+            "those that need none"};
     }
     wheels_ = std::move(wheels);
     vehicle_ = &vehicle;

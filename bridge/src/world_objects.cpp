@@ -69,13 +69,13 @@ Status check_same_objects(const std::vector<ObjectKind>& saved, const btCollisio
         const std::string differs = difference(saved[i], here[i]);
         if (!differs.empty()) {
             return Error{"is of another world: object " + std::to_string(i) + " has here " +
-                         differs};
+                         differs + "; build the world as it was"};
         }
     }
     if (saved.size() != here.size()) {
         return Error{"is of another world: " + std::to_string(saved.size()) +
                      " collision objects in the snapshot, " + std::to_string(here.size()) +
-                     " here"};
+                     " here; build the world as it was"};
     }
     return Done{};
 }

@@ -48,17 +48,19 @@ Status load_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> s
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* objects = find_section(*sections, kObjects);
     const std::vector<uint8_t>* state = find_section(*sections, kWorld);
-    if (!objects || !state) return refusal(path, "holds no world");
+    if (!objects || !state) {
+        return refusal(path, "holds no world; load a file that save_world() wrote");
+    }
     StateStream stream(*objects);
     std::vector<ObjectKind> kinds;
     stream.list(kinds, 32, [&](ObjectKind& kind) { kind.list(stream); });
-    if (!stream.at_end()) return refusal(path, "is damaged");
+    if (!stream.at_end()) return refusal(path, std::string("is damaged") + kTakeAnotherCopy);
     if (const Status same = check_same_objects(kinds, world); !same) {
         return refusal(path, same.error());
     }
     if (find_section(*sections, "soil." + std::to_string(std::max<size_t>(soils.size(), 1))) ||
         (soils.empty() && find_section(*sections, "soil"))) {
-        return refusal(path, "is of a world with more soils");
+        return refusal(path, "is of a world with more soils; give all of them");
     }
     for (SoilAction* soil : soils) SnapshotAccess::close_substep(*soil);
     std::vector<std::function<void()>> puts;

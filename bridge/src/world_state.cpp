@@ -91,7 +91,8 @@ void WorldState::same(const char* what, int64_t here) {
     if (!stream_.good() || saved == here) return;
     if (mismatch_.empty()) {
         mismatch_ = std::string("is of another world: ") + std::to_string(saved) + " " + what +
-                    " in the snapshot, " + std::to_string(here) + " here";
+                    " in the snapshot, " + std::to_string(here) +
+                    " here; build the world as it was";
     }
     stream_.refuse();
 }
@@ -349,16 +350,18 @@ Status check_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> 
         auto* soil = dynamic_cast<SoilAction*>(actions[i]);
         if (!soil) continue;
         if (std::count(soils.begin(), soils.end(), soil) != 1) {
-            return Error{"the world has a soil that is not given, or given twice"};
+            return Error{"the world has a soil that is not given, or given twice; give each once"};
         }
         ++found;
     }
-    if (found != soils.size()) return Error{"a soil that is given is not in the world"};
+    if (found != soils.size()) {
+        return Error{"a soil that is given is not in the world; leave it out"};
+    }
     for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
         const int type = world.getCollisionObjectArray()[i]->getInternalType();
         if (type == btCollisionObject::CO_SOFT_BODY || type == btCollisionObject::CO_HF_FLUID) {
             return Error{"object " + std::to_string(i) +
-                         " is a soft body or a fluid, whose state is not saved"};
+                         " is a soft body or a fluid, whose state is not saved; take it out first"};
         }
     }
     return check_contacts(world);
@@ -367,7 +370,9 @@ Status check_world(btDiscreteDynamicsWorld& world, std::span<SoilAction* const> 
 Result<std::vector<uint8_t>> world_state(btDiscreteDynamicsWorld& world) {
     StateStream stream;
     WorldState(stream, world).serialize();
-    if (!stream.good()) return Error{"a pose, velocity or force in the world is not finite"};
+    if (!stream.good()) {
+        return Error{"a pose, velocity or force in the world is not finite; take that body out"};
+    }
     return stream.bytes();
 }
 
@@ -382,7 +387,8 @@ Status set_world_state(btDiscreteDynamicsWorld& world, std::span<const uint8_t> 
     StateStream back(before.bytes());
     back.accept_non_finite();
     WorldState(back, world).serialize();
-    return Error{target.mismatch().empty() ? "is damaged" : target.mismatch()};
+    return Error{target.mismatch().empty() ? std::string("is damaged") + kTakeAnotherCopy
+                                           : target.mismatch()};
 }
 
 }  // namespace bsoil::bullet

@@ -83,7 +83,7 @@ constexpr int kFramesOfDrag = 6;
 
 Result<ViewScript> ViewScript::read(const std::string& path) {
     std::ifstream file(path);
-    if (!file) return Error{path + ": cannot be read"};
+    if (!file) return Error{path + ": cannot be read; check its name and rights"};
     ViewScript script;
     script.path_ = path;
     int number = 0;
@@ -93,11 +93,12 @@ Result<ViewScript> ViewScript::read(const std::string& path) {
         if (action.words.empty() || action.words[0][0] == '#') continue;
         const auto known = arguments_of().find(action.words[0]);
         if (known == arguments_of().end()) {
-            return Error{fmt::format("{}:{}: no action `{}`", path, number, action.words[0])};
+            return Error{fmt::format("{}:{}: no action `{}`; check its spelling", path, number,
+                                     action.words[0])};
         }
         const std::string& kinds = known->second;
         if (action.words.size() != kinds.size() + 1) {
-            return Error{fmt::format("{}:{}: `{}` takes {} words, {} given", path, number,
+            return Error{fmt::format("{}:{}: `{}` must have {} words, {} given", path, number,
                                      action.words[0], kinds.size(), action.words.size() - 1)};
         }
         for (size_t w = 0; w < kinds.size(); ++w) {
@@ -137,7 +138,9 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
     };
     if (verb == "click" || verb == "slide") {
         const auto place = widgets.place(word(1));
-        if (!place) return fail(action, "no widget `" + word(1) + "` is shown");
+        if (!place) {
+            return fail(action, "no widget `" + word(1) + "` is shown; open its panel first");
+        }
         ImVec2 at{0.5f * (place->low.x + place->high.x), 0.5f * (place->low.y + place->high.y)};
         // Within the bar: its very ends belong to what is beside it.
         if (verb == "slide") {
@@ -162,7 +165,7 @@ void ViewScript::expand(const Action& action, const Widgets& widgets, ImVec2 win
         point_at(ImVec2{0.6f * window.x, 0.5f * window.y}, -1, number(1));
     } else if (verb == "key" || verb == "hold") {
         if (SDL_GetScancodeFromName(word(1).c_str()) == SDL_SCANCODE_UNKNOWN) {
-            return fail(action, "no key `" + word(1) + "`");
+            return fail(action, "no key `" + word(1) + "`; name one as SDL does");
         }
         Frame down, held, up;
         down.key = up.key = word(1);

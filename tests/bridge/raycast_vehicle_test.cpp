@@ -10,6 +10,7 @@
 #include "bsoil/bullet/soil_raycaster.h"
 #include "bullet_scene.h"
 #include "bullet_types.h"
+#include "cure.h"
 #include "raycast_car.h"
 #include "temporary_file.h"
 
@@ -77,6 +78,7 @@ TEST(RaycastVehicle, attach_names_what_is_wrong) {
         const Status attached = caster.attach(*car.vehicle, def);
         ASSERT_FALSE(attached) << field;
         EXPECT_NE(attached.error().find(field), std::string::npos) << attached.error();
+        EXPECT_TRUE(says_what_to_do(attached.error())) << attached.error();
     };
     refuses({.width_m = 0}, "width_m");
     refuses({.width_m = std::numeric_limits<double>::quiet_NaN()}, "width_m");
@@ -87,10 +89,13 @@ TEST(RaycastVehicle, attach_names_what_is_wrong) {
     const Status few = caster.attach(*car.vehicle, three);
     ASSERT_FALSE(few);
     EXPECT_NE(few.error().find("3 wheels"), std::string::npos) << few.error();
+    EXPECT_TRUE(says_what_to_do(few.error())) << few.error();
     car.vehicle->getWheelInfo(2).m_wheelsRadius = 0;
     refuses({}, "m_wheelsRadius");
     btRaycastVehicle none(car.tuning, &car.chassis, &caster);
-    EXPECT_FALSE(caster.attach(none, SoilWheelDef{}));
+    const Status without_wheels = caster.attach(none, SoilWheelDef{});
+    ASSERT_FALSE(without_wheels);
+    EXPECT_TRUE(says_what_to_do(without_wheels.error())) << without_wheels.error();
     scene.run(0.1);  // attached to nothing, it still answers
     EXPECT_FALSE(caster.wheel_report(0).is_on_soil);
     EXPECT_EQ(caster.wheel_report(-1).normal_force_n, 0);
@@ -472,7 +477,9 @@ TEST(RaycastVehicle, works_whatever_is_added_or_destroyed_first) {
     soil.reset();
     scene.run(0.3);
     EXPECT_EQ(car->suspension_n(), 0);
-    EXPECT_FALSE(caster->attach(*car->vehicle, SoilWheelDef{}));
+    const Status gone = caster->attach(*car->vehicle, SoilWheelDef{});
+    ASSERT_FALSE(gone);
+    EXPECT_TRUE(says_what_to_do(gone.error())) << gone.error();
     car.reset();
     caster.reset();
     scene.run(0.1);

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "bsoil/snapshot_file.h"
+#include "cure.h"
 #include "snapshot_worlds.h"
 
 namespace bsoil::bullet::snapshot_refusal_test {
@@ -20,6 +21,7 @@ TEST_F(WorldSnapshot, other_raycast_vehicles_are_refused_by_name) {
         for (const Status& status : {w.load(path("a")), w.soil->load(path("a"))}) {
             ASSERT_FALSE(status) << words;
             EXPECT_NE(status.error().find(words), std::string::npos) << status.error();
+            EXPECT_TRUE(says_what_to_do(status.error())) << status.error();
         }
         EXPECT_EQ(w.checksum(), before);
     };
@@ -181,6 +183,7 @@ TEST_F(WorldSnapshot, more_load_or_debt_than_the_grid_can_give_is_refused) {
         for (const Status& status : {w->load(path("b")), w->soil->load(path("b"))}) {
             ASSERT_FALSE(status) << forged.words;
             EXPECT_NE(status.error().find(forged.words), std::string::npos) << status.error();
+            EXPECT_TRUE(says_what_to_do(status.error())) << status.error();
         }
         EXPECT_EQ(w->checksum(), before) << forged.words;
     }
@@ -206,6 +209,7 @@ TEST_F(WorldSnapshot, sizes_in_the_head_are_not_believed) {
         const auto read = read_snapshot_file(path("b"));
         ASSERT_FALSE(read) << at;
         EXPECT_NE(read.error().find("damaged"), std::string::npos) << read.error();
+        EXPECT_TRUE(says_what_to_do(read.error())) << read.error();
     }
     std::vector<char> other = good;
     other[8] = 2;
@@ -224,6 +228,7 @@ TEST_F(WorldSnapshot, another_world_or_soil_is_refused_by_name) {
         const Status status = w.load(path("a"));
         ASSERT_FALSE(status) << words;
         EXPECT_NE(status.error().find(words), std::string::npos) << status.error();
+        EXPECT_TRUE(says_what_to_do(status.error())) << status.error();
         EXPECT_EQ(w.checksum(), before);
     };
     const auto more = build_machine();

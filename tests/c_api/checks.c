@@ -15,6 +15,7 @@ void check(int condition, const char* what, const char* where) {
 void check_error(bulletsoil_result found, bulletsoil_result expected, const char* word,
                  const char* what, const char* where) {
     check(found == expected, what, where);
+    check(test_says_what_to_do(bulletsoil_last_error()), "the error says what to do", where);
     if (strstr(bulletsoil_last_error(), word) != NULL) return;
     fprintf(stderr, "'%s' is not in the text of the error\n", word);
     check(0, what, where);

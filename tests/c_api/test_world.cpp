@@ -8,6 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "../cure.h"
+
 namespace {
 
 /// A world with all it needs. Members are destroyed from the last to the first.
@@ -92,3 +94,5 @@ void* test_world_add_empty(void* world) {
 }
 
 size_t test_world_scalar_bytes(void) { return sizeof(btScalar); }
+
+int test_says_what_to_do(const char* text) { return bsoil::says_what_to_do(text); }

@@ -25,6 +25,8 @@ void test_world_move_ball(void* ball, double x, double z);
 /* A body with a shape that the soil refuses, lying at y = 0. */
 void* test_world_add_empty(void* world);
 size_t test_world_scalar_bytes(void);
+/* Whether the text of an error says what may be, or what to do. */
+int test_says_what_to_do(const char* text);
 
 #ifdef __cplusplus
 }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "cure.h"
 #include "experiment/experiment_load.h"
 
 namespace bsoil::experiment::experiment_errors_test {
@@ -20,6 +21,7 @@ void expect_error(const std::string& more, const std::string& expected) {
     const std::string errors = errors_of(kPlate + more);
     EXPECT_NE(errors.find(expected), std::string::npos)
         << "expected: " << expected << "\nfound:    " << errors;
+    EXPECT_TRUE(says_what_to_do(errors)) << errors;
 }
 
 TEST(ExperimentErrors, smallest_experiment_is_valid) { EXPECT_EQ(errors_of(kPlate), "no error"); }
@@ -29,7 +31,7 @@ TEST(ExperimentErrors, syntax_error_has_its_place) { expect_error("[soil\n", "e.
 TEST(ExperimentErrors, file_of_another_rig_names_its_command) {
     EXPECT_NE(errors_of(kPlate, "blade").find("this is an experiment for `bsoil plate`"),
               std::string::npos);
-    expect_error("[blade]\ndepth_m = 0.1\n", "has one of the tables");
+    expect_error("[blade]\ndepth_m = 0.1\n", "must have one of the tables");
 }
 
 TEST(ExperimentErrors, unknown_key_suggests_the_nearest) {
@@ -50,7 +52,7 @@ TEST(ExperimentErrors, value_of_a_sweep_is_checked_like_that_of_the_key) {
 
 TEST(ExperimentErrors, rows_of_a_sweep_give_the_same_parameters) {
     expect_error("[sweep]\nrow = [{radius_m = 0.1}, {speed_m_s = 0.1}]\n",
-                 "every row of a sweep gives the same parameters");
+                 "every row of a sweep must give the same parameters");
 }
 
 TEST(ExperimentErrors, columns_are_parameters_or_results) {
@@ -63,7 +65,7 @@ TEST(ExperimentErrors, columns_are_parameters_or_results) {
 
 TEST(ExperimentErrors, rig_has_to_fit_the_bed) {
     EXPECT_NE(errors_of("[soil]\nsize_m = [1, 1, 1]\n[bed]\ndepth_m = 2\n" + kPlate)
-                  .find("e.toml:4:11: `depth_m`: the bed is deeper"),
+                  .find("e.toml:4:11: `depth_m`: the bed must not be deeper"),
               std::string::npos);
     EXPECT_NE(errors_of("[soil]\nsize_m = [1, 1, 1]\n[blade]\ntravel_m = 2\n", "blade")
                   .find("`travel_m`: the bed is only 1 m long"),

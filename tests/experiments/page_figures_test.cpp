@@ -60,7 +60,7 @@ TEST(PageFigures, that_no_table_has_are_an_error) {
     for (const char* name :
          {"wheel / torque / 0 / BulletSoil", "wheel / pull / 0.5 / BulletSoil",
           "wheel / pull / 0 / Wong", "blade / pull / 0 / BulletSoil", "wheel / pull / 0"}) {
-        EXPECT_EQ(filled(name), "no table has \"" + std::string(name) + "\"");
+        EXPECT_EQ(filled(name), "no table has \"" + std::string(name) + "\"; check the name");
     }
     EXPECT_NE(fill_figures("<!-- figure: wheel / pull / 0 / BulletSoil -->7", kTables)
                   .error()

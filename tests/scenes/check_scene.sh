@@ -407,6 +407,21 @@ cli_full_disk() {
     [[ -s out/summary.json ]] || fail 'no summary'
 }
 
+# A soil of 16 million columns takes more than the 200 MB that the process may have.
+cli_out_of_memory() {
+    (ulimit -v 200000 && "$bsoil" --version >/dev/null 2>&1) || skip 'this build needs more from its start'
+    cat >scene.toml <<'END'
+fill = [{ kind = "noise", base_m = 3 }]
+world = { duration_s = 0.1 }
+[soil]
+size_m = [200, 200, 10]
+voxel_m = 0.05
+END
+    ulimit -v 200000
+    expect 2 run scene.toml --backend cpu --threads 1 --no-pictures --out out
+    expect_text '^bsoil: the memory of this machine is full; lower `size_m`|cannot allocate .*; take a smaller grid or larger voxels'
+}
+
 # write_ball X LINE: a ball over the block of sand, at x.
 write_ball() {
     write_scene

@@ -160,7 +160,7 @@ TEST(SceneVehicle, mistakes_are_named_with_their_place) {
     for (const auto& [from, to, says] :
          {std::array<std::string, 3>{"chassis = \"chassis\"", "chassis = \"hull\"",
                                      "no [[body]] is named \"hull\""},
-          {"mass_kg = 400", "mass_kg = 0", "\"chassis\" is no rigid body"},
+          {"mass_kg = 400", "mass_kg = 0", "\"chassis\" must be a rigid body"},
           {"name = \"fr\"", "name = \"fl\"", "a wheel named \"fl\" is there already"},
           {"radius_m = 0.4,", "radius_m = 0,", "radius_m"},
           {"engine_force_n = 800", "engine_force_n = -1", "engine_force_n"},

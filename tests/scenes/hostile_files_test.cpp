@@ -93,10 +93,10 @@ TEST_F(HostileFiles, characters_beyond_ascii_belong_in_quotes_and_comments) {
     for (const std::string& text :
          {umlaut, "x = " + umlaut, "x = 1" + umlaut, "x = [1 " + umlaut + "]", "[" + umlaut + "]",
           "x" + umlaut + " = 1"}) {
-        expect_scene_error("# a\n" + text, "only quotes and comments may hold characters beyond");
+        expect_scene_error("# a\n" + text, "characters beyond ASCII must be in quotes");
     }
     for (const char* start : {"x = \"\"\"a\\\n", "x = \"\"\"\\ \n \r\n\t", "x = \"\"\"\\"}) {
-        expect_scene_error(start + umlaut + "\"\"\"\n", "has to be written as \\uXXXX");
+        expect_scene_error(start + umlaut + "\"\"\"\n", "must be written as \\uXXXX");
     }
     for (const std::string& text :
          {"title = \"" + umlaut + "\"\n", "title = '" + umlaut + "'\n",
@@ -122,7 +122,7 @@ TEST_F(HostileFiles, endless_and_huge_files_are_refused) {
         EXPECT_FALSE(read_mesh(file));
     }
     expect_error(load_scene(write("s.toml", repeated("#\n", 5 << 20))).error(),
-                 "larger than 8 MiB");
+                 "must be at most 8 MiB");
 }
 
 TEST_F(HostileFiles, optenv_is_replaced_however_long_its_default) {
@@ -151,23 +151,23 @@ TEST_F(HostileFiles, elements_inside_each_other_are_refused) {
     };
     EXPECT_TRUE(read_urdf(write("r.urdf", nested(99))));
     expect_error(read_urdf(write("r.urdf", nested(100))).error(),
-                 "elements lie inside each other more than 100 deep");
+                 "elements must lie at most 100 deep inside each other");
     expect_error(read_urdf(write("r.urdf", repeated("<b>", 1 << 20))).error(),
-                 "more than 100 deep");
+                 "at most 100 deep");
     // What looks like an end and is none.
     expect_error(
         read_urdf(write("r.urdf", "<!-- </b></b> --><robot name=\"r\">" +
                                       repeated("<b c='</b>'><!--</b>--><![CDATA[</b>]]>", 10'000)))
             .error(),
-        "more than 100 deep");
+        "at most 100 deep");
     // What is a comment's end once a default has taken the place of its $(optenv).
     expect_error(
         read_urdf(write("r.urdf", "<!-- $(optenv A --)>" + repeated("<b>", 10'000))).error(),
-        "more than 100 deep");
+        "at most 100 deep");
     expect_error(
         read_mesh(write("m.dae", "<COLLADA version=\"1.4.1\">" + repeated("<node>", 100'000)))
             .error(),
-        "more than 100 deep");
+        "at most 100 deep");
 }
 
 /// A COLLADA file of one triangle and these nodes, the first of which is shown.
@@ -224,7 +224,7 @@ TEST_F(HostileFiles, declarations_whose_end_is_not_clear_are_refused) {
 
 TEST_F(HostileFiles, meshes_are_of_the_three_formats) {
     expect_error(read_mesh(write("m.x", "xof 0303txt 0032\n")).error(),
-                 "is none of OBJ, STL and DAE");
+                 "must end in .obj, .stl or .dae");
     EXPECT_FALSE(read_mesh(write("m.obj", collada(""))));
 }
 
@@ -259,7 +259,7 @@ TEST_F(HostileFiles, textures_of_too_many_pixels_and_damaged_ones_are_refused) {
     for (const auto& [width, height] : {std::array{4097u, 1u}, {1u, 4097u}, {16'777'215u, 9u}}) {
         expect_error(read_texture(write("t.png", png(width, height, "x"))).error(),
                      std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels; a side of a texture may have 4096");
+                         " pixels; a side of a texture must have at most 4096");
     }
     EXPECT_FALSE(read_texture(write("t.png", png(4096, 4096, "x"))));
     EXPECT_FALSE(read_texture(write("t.png", png(0, 7, "x"))));
@@ -291,9 +291,9 @@ TEST_F(HostileFiles, pictures_with_an_empty_chunk_are_refused) {
 
 TEST_F(HostileFiles, baselines_are_json_of_a_few_levels) {
     expect_error(read_baseline(write("b.json", repeated("[", 1 << 20))).error(),
-                 "more than 16 deep");
+                 "at most 16 deep");
     expect_error(read_baseline(write("b.json", "{\"end\": " + repeated("{\"a\": ", 17))).error(),
-                 "more than 16 deep");
+                 "at most 16 deep");
     for (const char* text : {"", "{", "[]", "7", "\"steps\"", "{\"steps\": \"many\"}",
                              "{\"steps\": -1}", "{\"steps\": 1e300}", "{\"steps\": [1]}"}) {
         EXPECT_FALSE(read_baseline(write("b.json", text))) << text;

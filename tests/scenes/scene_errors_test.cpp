@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "cure.h"
 #include "reading/scene_load.h"
 
 namespace bsoil::scene::scene_errors_test {
@@ -19,13 +20,16 @@ void expect_error(const std::string& more, const std::string& expected) {
     const std::string errors = errors_of(kWorld + more);
     EXPECT_NE(errors.find(expected), std::string::npos)
         << "expected: " << expected << "\nfound:    " << errors;
+    EXPECT_TRUE(says_what_to_do(errors)) << errors;
 }
 
 TEST(SceneErrors, smallest_scene_is_valid) { EXPECT_EQ(errors_of(kWorld), "no error"); }
 
 TEST(SceneErrors, syntax_error_has_line_and_column) {
-    expect_error("[soil\n", "s.toml:3:6: ");
-    expect_error("[soil]\nvoxel_m = 0.1\nvoxel_m = 0.2\n", "s.toml:5:");
+    // In toml++'s own words, which say what is wrong and no more.
+    EXPECT_NE(errors_of(kWorld + "[soil\n").find("s.toml:3:6: "), std::string::npos);
+    EXPECT_NE(errors_of(kWorld + "[soil]\nvoxel_m = 0.1\nvoxel_m = 0.2\n").find("s.toml:5:"),
+              std::string::npos);
 }
 
 // toml++ reads on to the end of such a number, whatever is in it.
@@ -180,7 +184,7 @@ TEST(SceneErrors, track_needs_wheels_and_links_that_fit) {
     expect_error(
         track("link_count = 40\ngrouser_height_m = 0.1\ngrouser_thickness_m = 0.3", front + rear),
         "grousers of 0.3 m are thicker than links");
-    expect_error(track("link_count = 40\naxis = [0, 0, 0]", front + rear), "has no length");
+    expect_error(track("link_count = 40\naxis = [0, 0, 0]", front + rear), "must have a length");
     expect_error(track("link_count = 40",
                        front + "{ name = \"b\", position_m = [-1, 1, 0], radius_m = 0.2, width_m = "
                                "0.2, max_velocity_deg_s = 90 },\n"),
@@ -219,12 +223,12 @@ TEST(SceneErrors, motion_drives_what_has_a_motor) {
     expect_error(kBox + joint +
                      "motor_torque_n_m = 1\n[[motion]]\njoint = \"j\"\n"
                      "key = [{ t_s = 1, position_deg = 0 }, { t_s = 1, position_deg = 1 }]\n",
-                 "`t_s` does not rise");
+                 "`t_s` must rise");
 }
 
 TEST(SceneErrors, substep_has_to_divide_the_soils_step) {
     expect_error("substep_s = 0.007\n[soil]\nsize_m = [1, 1, 1]\n",
-                 "s.toml:3:13: `substep_s` 0.007 does not divide the soil's `step_s`");
+                 "s.toml:3:13: `substep_s` 0.007 must divide the soil's `step_s`");
 }
 
 TEST(SceneErrors, check_after_the_end_of_the_run_is_refused) {
@@ -234,14 +238,14 @@ TEST(SceneErrors, check_after_the_end_of_the_run_is_refused) {
 
 TEST(SceneErrors, window_of_a_check_has_a_length) {
     expect_error(kBox + "[[check]]\nkind = \"body_rise\"\nbody = \"a\"\nfrom_s = 0.5\nto_s = 0.5\n",
-                 "s.toml:11:8: `to_s` 0.5 does not lie after `from_s` 0.5");
+                 "s.toml:11:8: `to_s` 0.5 must lie after `from_s` 0.5");
     expect_error(kBox + "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\nto_s = 5\n",
                  "s.toml:10:8: `to_s` 5 lies after the end of the run, 1 s");
 }
 
 TEST(SceneErrors, direction_of_a_check_has_a_length) {
     expect_error(kBox + "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\ndirection = [0, 0, 0]\n",
-                 "s.toml:10:13: the direction has no length");
+                 "s.toml:10:13: the direction must have a length");
 }
 
 TEST(SceneErrors, energy_is_that_of_bodies_with_mass) {
@@ -283,7 +287,7 @@ TEST(SceneErrors, rounds_need_a_period) {
         "= \"j\"\nkind = "
         "\"hinge\"\nparent = \"world\"\nchild = \"a\"\npoint_m = [0, 0, 0]\nmotor_torque_n_m = "
         "1\n[[motion]]\njoint = \"j\"\nrepeat_count = 2\nkey = [{ t_s = 0, position_deg = 1 }]\n",
-        "keys that are repeated need a `period_s`");
+        "keys that are repeated must have a `period_s`");
 }
 
 TEST(SceneErrors, some_part_of_a_body_that_can_move_has_a_mass) {

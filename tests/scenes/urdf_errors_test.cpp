@@ -25,7 +25,7 @@ TEST(UrdfErrors, broken_files_name_the_file) {
 TEST(UrdfErrors, a_xacro_file_is_told_apart) {
     expect_error("<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:a/></robot>",
                  kWorld + kRobot,
-                 "is a xacro file, which has to be expanded into a URDF first: xacro ");
+                 "is a xacro file, which must be expanded into a URDF first: xacro ");
 }
 
 TEST(UrdfErrors, damping_and_friction_are_not_negative) {
@@ -57,8 +57,8 @@ TEST(UrdfErrors, masses_and_inertias_are_those_of_solids) {
         return urdf(rod("a") + second + joint("j", "continuous", "a", "b"));
     };
     expect_error(two(rod("b", "0")), kWorld + kRobot,
-                 "link \"b\" moves and has no mass: give it one with [[robot.link]]");
-    expect_error(two(rod("b", "-3")), kWorld + kRobot, "link \"b\": the mass -3 kg is not within");
+                 "link \"b\" moves and has no mass; give it one with [[robot.link]]");
+    expect_error(two(rod("b", "-3")), kWorld + kRobot, "link \"b\": the mass -3 kg must be 0");
     expect_error(two(rod("b", "1e9")), kWorld + kRobot, "link \"b\": the mass");
     expect_error(two(rod("b", "nan")), kWorld + kRobot, "r.urdf: ");
     expect_error(two(link("b", kBox)), kWorld + kRobot, "link \"b\" moves and has no mass");
@@ -106,7 +106,7 @@ TEST(UrdfErrors, meshes_are_there_and_finite) {
     refused("garbage.dae", "<xml", "1 1 1", "garbage.dae: ");
     refused("empty.obj", "", "1 1 1", "empty.obj: ");
     refused("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "1 1 1", "its hull has no volume");
-    refused("bin.obj", bin_obj(), "1 0 1", "the scale 1 0 1 is no scale");
+    refused("bin.obj", bin_obj(), "1 0 1", "the scale 1 0 1 must be finite and not 0");
     refused("bin.obj", bin_obj(), "1e9 1 1", "a vertex lies");
     // a binary STL of four triangles, one of whose vertices is no number
     std::string stl(84 + 4 * 50, '\0');
@@ -119,7 +119,7 @@ TEST(UrdfErrors, meshes_are_there_and_finite) {
             std::memcpy(&stl[84 + t * 50 + 12 + v * 12], p, sizeof p);
         }
     }
-    refused("nan.stl", stl, "1 1 1", "is not finite");
+    refused("nan.stl", stl, "1 1 1", "must be finite");
 }
 
 TEST(UrdfErrors, names_in_the_scene_are_those_of_the_file) {

@@ -6,6 +6,7 @@
 #include "allocation_count.h"
 #include "base/kernels.h"
 #include "bsoil/snapshot_file.h"
+#include "cure.h"
 #include "device/kernel_set.h"
 #include "flow_fixture.h"
 #include "soil/soil_kernels.h"
@@ -209,6 +210,7 @@ TEST(Flows, refuse_what_cannot_be_by_name) {
         const auto added = soil->add_source(source);
         ASSERT_FALSE(added) << said;
         EXPECT_NE(added.error().find(said), std::string::npos) << added.error();
+        EXPECT_TRUE(says_what_to_do(added.error())) << added.error();
     }
     SinkDef sink = box_sink({0, 0, 0}, {1, 1, 1});
     sink.region.half_extents_m.x = nan;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "cure.h"
 #include "moving_scene.h"
 #include "snapshot_files.h"
 
@@ -66,6 +67,7 @@ TEST_F(Snapshot, damage_is_refused_and_changes_nothing) {
         const Status status = scene.soil().load(path("b"));
         ASSERT_FALSE(status) << what;
         EXPECT_NE(status.error().find(path("b")), std::string::npos) << status.error();
+        EXPECT_TRUE(says_what_to_do(status.error())) << status.error();
         ASSERT_EQ(scene.soil().checksum(), checksum) << what;
     };
     for (size_t size : {size_t{0}, size_t{5}, size_t{12}, size_t{27}, size_t{28}, good.size() / 2,
@@ -92,6 +94,7 @@ TEST_F(Snapshot, sections_that_could_not_be_read_are_not_written) {
         const Status written = write_snapshot_file(path("a"), sections);
         ASSERT_FALSE(written) << words;
         EXPECT_NE(written.error().find(words), std::string::npos) << written.error();
+        EXPECT_TRUE(says_what_to_do(written.error())) << written.error();
         EXPECT_FALSE(std::filesystem::exists(path("a")));
     };
     refuses({}, "has 0 sections");

@@ -206,14 +206,16 @@ Result<WorkCounts> count_steps(const BenchArguments& arguments, const std::strin
     opened.path = path;
     opened.device = arguments.device;
     opened.device.backend = "cpu";
-    if (opened.open() != kPassed) return Error{path + ": cannot be run again to count"};
+    if (opened.open() != kPassed) {
+        return Error{path + ": cannot be run again to count; leave out --document"};
+    }
     scene::SceneRun& run = *opened.run;
     const WorkCounts before = run.soil().work_counts();
     const long long steps = timed["steps"].get<long long>();
     for (long long i = 0; i < steps; ++i) run.step();
     const WorkCounts counts = difference(before, run.soil().work_counts());
     if (run.summary()["checksum"] != timed["checksum"]) {
-        return Error{path + ": counted and timed steps end in different soils"};
+        return Error{path + ": counted and timed steps end in different soils; report this scene"};
     }
     return counts;
 }
@@ -299,7 +301,7 @@ bool fails_to_write(const std::string& path, const std::string& text) {
     std::ofstream file(path);
     file << text;
     if (file.flush()) return false;
-    fmt::print(stderr, "{}: cannot be written\n", path);
+    fmt::print(stderr, "{}: cannot be written; check its folder and the disk\n", path);
     return true;
 }
 
@@ -311,7 +313,8 @@ int find_gpu(DeviceOptions& options) {
                     [](const DeviceInfo& device) { return device.usable && device.hardware; });
     options.backend = "gl";
     if (found) return kPassed;
-    fmt::print(stderr, "--gpu: no hardware OpenGL 4.5 device; bsoil info says what there is\n");
+    fmt::print(stderr,
+               "--gpu: no hardware OpenGL 4.5 device; look at bsoil info for what there is\n");
     return kCouldNotRun;
 }
 

@@ -28,7 +28,7 @@ int write_baseline(const std::string& path, const nlohmann::ordered_json& json) 
     std::ofstream file(path);
     file << scene::json_text(json, 1) << '\n';
     if (!file.flush()) {
-        fmt::print(stderr, "{}: cannot be written\n", path);
+        fmt::print(stderr, "{}: cannot be written; check its folder and the disk\n", path);
         return kCouldNotRun;
     }
     fmt::print("{} written\n", path);
@@ -40,7 +40,7 @@ int check(CheckArguments& arguments) {
     if (!arguments.update) {
         auto read = scene::read_baseline(arguments.baseline);
         if (!read) {
-            fmt::print(stderr, "{}; --update writes one\n", read.error());
+            fmt::print(stderr, "{}\n", read.error());
             return kCouldNotRun;
         }
         expected = std::move(*read);
@@ -61,8 +61,10 @@ int check(CheckArguments& arguments) {
     if (arguments.update) {
         const auto where = scene::not_a_number_in(found);
         if (!where) return write_baseline(arguments.baseline, found);
-        return could_not(
-            fmt::format("{}: not written, {} is no number", arguments.baseline, *where));
+        return could_not(fmt::format(
+            "{}: not written, {} is no number; look at where telemetry.csv of `bsoil run` "
+            "has the first",
+            arguments.baseline, *where));
     }
 
     const std::vector<std::string> differences =

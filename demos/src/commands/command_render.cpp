@@ -46,7 +46,10 @@ struct Moment {
             opened.up = scene->up;  // the run may have had --up
             return opened.open();
         }
-        if (!from.empty()) return fail("--from: " + opened.path + " is a snapshot itself");
+        if (!from.empty()) {
+            return fail("--from: " + opened.path +
+                        " is a snapshot itself; give the scene, or leave --from out");
+        }
         from = opened.path;
         const auto scene = scene::scene_of_snapshot(from);
         if (!scene) return fail(scene.error());
@@ -124,7 +127,7 @@ Status write_labels(const render::Buffers& buffers, const scene::SceneRun& run,
     std::ofstream file(path + ".json");
     file << scene::json_text(names, 2) << '\n';
     file.close();
-    if (!file) return Error{path + ".json: cannot be written whole; is the disk full?"};
+    if (!file) return Error{path + ".json: cannot be written whole; look whether the disk is full"};
     return Done{};
 }
 
@@ -153,9 +156,10 @@ int render(RenderArguments& arguments) {
     if (opened != kPassed) return opened;
     const scene::SceneRun& run = *arguments.moment.opened.run;
     if (!arguments.volume.empty()) {
-        if (!run.has_soil()) return Moment::fail("--volume: this scene has no soil");
+        if (!run.has_soil()) return Moment::fail("--volume: this scene has no soil; leave it out");
         if (!scene::has_field(run.soil().materials(), field_of(arguments.volume))) {
-            return Moment::fail("--volume: this soil has no " + arguments.volume);
+            return Moment::fail("--volume: this soil has no " + arguments.volume +
+                                "; take another");
         }
     }
     auto renderer = render::Renderer::create();

@@ -79,7 +79,7 @@ Status write_text(const std::string& path, const std::string& text) {
     std::ofstream file(path);
     file << text;
     file.close();
-    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
+    if (!file) return Error{path + ": cannot be written whole; look whether the disk is full"};
     return Done{};
 }
 
@@ -127,7 +127,9 @@ Status restore(scene::SceneRun& run, scene::RunChecks& checks, const std::string
     const auto sections = read_snapshot_file(path);
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* watched = find_section(*sections, kChecksSection);
-    if (!watched) return Error{path + ": was not written by bsoil run"};
+    if (!watched) {
+        return Error{path + ": was not written by bsoil run; take one of its step_*.snapshot"};
+    }
     if (const Status known = checks.set_state(*watched); !known) {
         return Error{path + ": " + known.error()};
     }
@@ -200,8 +202,10 @@ int run(RunArguments& arguments) {
         const Status restored = restore(run, checks, arguments.from);
         if (!restored) return could_not(restored.error());
         if (run.finished()) {
-            return could_not(fmt::format("{}: stands at step {}, where the run ends",
-                                         arguments.from, run.step_count()));
+            return could_not(
+                fmt::format("{}: stands at step {}, where the run ends; raise "
+                            "--steps or `duration_s`",
+                            arguments.from, run.step_count()));
         }
     }
     const Interruption interruption;

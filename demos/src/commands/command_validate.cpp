@@ -45,7 +45,9 @@ Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& ar
     for (const std::string& name : arguments.only) {
         if (std::none_of(paths.begin(), paths.end(),
                          [&](const fs::path& path) { return path.stem() == name; })) {
-            return Error{fmt::format("there is no {}.toml in {}", name, arguments.experiments)};
+            return Error{
+                fmt::format("there is no {}.toml in {}; check the name, or give --experiments",
+                            name, arguments.experiments)};
         }
     }
     std::vector<experiment::Experiment> experiments;
@@ -55,7 +57,7 @@ Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& ar
         if (loaded->validation) {
             experiments.push_back(std::move(*loaded));
         } else if (!arguments.only.empty()) {
-            return Error{path.string() + ": has no [validation]"};
+            return Error{path.string() + ": has no [validation]; name an experiment that has one"};
         }
     }
     return experiments;
@@ -104,7 +106,7 @@ Result<std::string> read_page(const fs::path& path) {
 /// The figures of the document's tables in the sentences of the pages beside and below it.
 Status write_sentences(const fs::path& document) {
     const auto tables = read_page(document);
-    if (!tables) return Error{tables.error() + "; its prose is written by hand"};
+    if (!tables) return Error{tables.error() + "; its prose is written by hand, name the page"};
     const fs::path folder = document.has_parent_path() ? document.parent_path() : ".";
     std::error_code failed;
     for (const auto& entry : fs::recursive_directory_iterator(folder, failed)) {
@@ -124,7 +126,7 @@ Status write_sentences(const fs::path& document) {
 Status write_document(const fs::path& path,
                       const std::vector<experiment::Comparison>& comparisons) {
     const auto text = read_page(path);
-    if (!text) return Error{text.error() + "; its prose is written by hand"};
+    if (!text) return Error{text.error() + "; its prose is written by hand, name the page"};
     const fs::path pictures = path.stem();
     auto page = experiment::update_page(*text, comparisons, pictures.string());
     if (!page) return Error{path.string() + ": " + page.error()};

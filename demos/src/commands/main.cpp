@@ -1,6 +1,7 @@
 /// `bsoil`: experiments and regression tests with deformable soil from the command line.
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <new>
 
 #include "bsoil/version.h"
 #include "command_line.h"
@@ -32,6 +33,10 @@ int main(int argument_count, char** arguments) {
         app.parse(argument_count, arguments);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? bsoil::command::kPassed : bsoil::command::kCouldNotRun;
+    } catch (const std::bad_alloc&) {
+        std::cerr << "bsoil: the memory of this machine is full; lower `size_m` of [soil], or "
+                     "raise `voxel_m`\n";
+        return bsoil::command::kCouldNotRun;
     } catch (const std::exception& error) {
         std::cerr << "bsoil: " << error.what() << '\n';
         return bsoil::command::kCouldNotRun;

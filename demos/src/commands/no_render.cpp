@@ -15,7 +15,8 @@ void add_export(CLI::App& app, int& exit_code) {
 }
 
 Result<nlohmann::ordered_json> time_pictures(scene::SceneRun&, int) {
-    return Error{"no pictures: this bsoil was built without its renderer"};
+    return Error{
+        "no pictures: this bsoil was built without its renderer; build with BULLETSOIL_RENDER=ON"};
 }
 
 }  // namespace bsoil::command

@@ -132,7 +132,7 @@ Result<Json> sweep_point(const Case& of, Backend backend, int step_count) {
     const auto counted = measure(of, Backend::cpu, step_count);
     if (!counted) return Error{counted.error()};
     if (counted->checksum != timed->checksum) {
-        return Error{"counted and timed steps end in different soils"};
+        return Error{"counted and timed steps end in different soils; report this sweep"};
     }
     double visited = 0, changed = 0, bytes = 0;
     for (const PassWork& pass : counted->work.passes) {

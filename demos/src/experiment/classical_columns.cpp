@@ -68,10 +68,11 @@ class ClassicalModel {
             (item_.classical == "wong_reece") != (rig == "traction") ||
             (item_.classical == "mckyes_ali") != (rig == "blade") ||
             (item_.classical == "janosi") != (rig == "shear")) {
-            return wrong("classical", item_.classical + " is no model of this rig");
+            return wrong("classical",
+                         item_.classical + " is no model of this rig; take one that is");
         }
         for (const Point& point : experiment_.points) {
-            if (!point.setup.scene.soil) return wrong("classical", "there is no [soil]");
+            if (!point.setup.scene.soil) return wrong("classical", "there is no [soil]; add it");
         }
         if (rig == "traction") return take_bekker();
         for (const Point& point : experiment_.points) {
@@ -143,7 +144,9 @@ class ClassicalModel {
             const auto plates = load_experiment((folder / item_.bekker_plates).string(), "plate");
             if (!plates) return Error{plates.error()};
             if (plates->measured.rows.empty()) {
-                return wrong("bekker_plates", item_.bekker_plates + " has no measurements");
+                return wrong(
+                    "bekker_plates",
+                    item_.bekker_plates + " has no measurements; name an experiment that has");
             }
             soil = fit_bekker(plate_readings(*plates, {}));
         } else if (item_.bekker_kc_kn_m_np1 && item_.bekker_kphi_kn_m_np2 && item_.bekker_n) {

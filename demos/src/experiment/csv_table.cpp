@@ -54,7 +54,7 @@ std::optional<double> CsvTable::number(size_t row, const std::string& column) co
 
 Result<CsvTable> read_csv(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
-    if (!file) return Error{path + ": cannot be read"};
+    if (!file) return Error{path + ": cannot be read; check its name and rights"};
     CsvTable table;
     table.columns = read_record(file);
     // The mark with which spreadsheets begin a file in UTF-8 is no part of the first heading.
@@ -64,7 +64,7 @@ Result<CsvTable> read_csv(const std::string& path) {
         std::vector<std::string> cells = read_record(file);
         if (cells.size() == 1 && cells[0].empty()) continue;  // an empty line
         if (cells.size() > table.columns.size()) {
-            return Error{fmt::format("{}: row {} has {} cells, the headings are {}", path,
+            return Error{fmt::format("{}: row {} has {} cells, must have {} as the headings", path,
                                      table.rows.size() + 2, cells.size(), table.columns.size())};
         }
         cells.resize(table.columns.size());
@@ -83,7 +83,7 @@ Status write_csv(const CsvTable& table, const std::string& path) {
     };
     write(table.columns);
     for (const std::vector<std::string>& row : table.rows) write(row);
-    if (!file.flush()) return Error{path + ": cannot be written"};
+    if (!file.flush()) return Error{path + ": cannot be written; check its folder and the disk"};
     return Done{};
 }
 

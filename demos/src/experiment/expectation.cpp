@@ -80,17 +80,19 @@ Verdict check(const ExpectItem& expect, const CsvTable& results) {
                         : !results.number(row, expect.column);
     });
     if (missing > 0) {
-        return fail(fmt::format("{} of {} rows have no figure", missing, rows.size()));
+        return fail(fmt::format("{} of {} rows have no figure; choose rows that have one", missing,
+                                rows.size()));
     }
     std::vector<double> values;
     for (const auto& group : grouped(results, rows, expect.by)) {
         const auto found = figures(results, group, expect.column, expect.statistic, expect.over);
         if (found.empty() && !may_lack) {
-            return fail("there is no such figure" + of_group(expect, results, group));
+            return fail("there is no such figure; choose rows that have one" +
+                        of_group(expect, results, group));
         }
         values.insert(values.end(), found.begin(), found.end());
     }
-    if (values.empty()) return fail("there is no such result");
+    if (values.empty()) return fail("there is no such result; check its name");
     constexpr double kNone = std::numeric_limits<double>::infinity();
     const double low = std::max(expect.value ? *expect.value - *expect.tolerance : -kNone,
                                 expect.min.value_or(-kNone));

@@ -85,7 +85,9 @@ class ExperimentReader {
                 node = array->get(0);  // [[material]]: the first
             }
             table = node->as_table();
-            if (!table) return error(at, "`{}`: there is no table [{}]", parameter.name, name);
+            if (!table) {
+                return error(at, "`{}`: there is no table [{}]; add it", parameter.name, name);
+            }
             start = end + 1;
         }
         if (parameter.text == "true" || parameter.text == "false") {
@@ -105,7 +107,7 @@ class ExperimentReader {
         const std::string name = setting.substr(0, equals);
         const std::string text = equals == std::string::npos ? "" : setting.substr(equals + 1);
         if (name.empty() || text.empty()) {
-            return error({}, "\"{}\" is not of the form key=value", setting);
+            return error({}, "\"{}\" must have the form key=value", setting);
         }
         assign(root, Parameter{name, text, number_in(text)}, {});
     }
@@ -120,7 +122,7 @@ class ExperimentReader {
             const std::string name = setting.substr(0, setting.find('='));
             for (const Parameter& swept : experiment_.points.front().parameters) {
                 if (full_name(swept.name) != full_name(name)) continue;
-                error({}, "`{}` cannot be set: [sweep] gives it its values", name);
+                error({}, "`{}` cannot be set: [sweep] gives it its values; change it there", name);
             }
         }
     }
@@ -128,12 +130,12 @@ class ExperimentReader {
     void check_file(const ExperimentFile& file) {
         if (file.rigs.size() != 1) {
             return error(file.at,
-                         "an experiment has one of the tables [plate], [blade], "
+                         "an experiment must have one of the tables [plate], [blade], "
                          "[traction], [shear] and [column], not {}",
                          file.rigs.size());
         }
         if (file.rigs[0] != rig_) {
-            error(file.at, "this is an experiment for `bsoil {}`", file.rigs[0]);
+            error(file.at, "this is an experiment for `bsoil {}`; run that", file.rigs[0]);
         }
     }
 
@@ -146,8 +148,8 @@ class ExperimentReader {
             if (item.file.starts_with("data:")) {
                 experiment_.missing_data = item.file;
             } else {
-                error(item.where("file"), "there is no file \"{}\" beside the experiment",
-                      item.file);
+                error(item.where("file"),
+                      "there is no file \"{}\" beside the experiment; check its name", item.file);
             }
             return;
         }
@@ -192,7 +194,7 @@ class ExperimentReader {
     void combine(std::vector<Combination>& combinations, const std::vector<Combination>& with) {
         if (!with.empty() && combinations.size() > kPointCapacity / with.size()) {
             error(with.front().empty() ? SourcePosition{} : with.front().front().at,
-                  "the sweep has more than {} points", kPointCapacity);
+                  "the sweep must have at most {} points", kPointCapacity);
             combinations.clear();
         }
         std::vector<Combination> product;
@@ -251,7 +253,9 @@ class ExperimentReader {
             std::set<std::string> names;
             for (const PlacedParameter& p : combination) names.insert(p.parameter.name);
             if (out.empty()) first_names = names;
-            if (names != first_names) error(at, "every row of a sweep gives the same parameters");
+            if (names != first_names) {
+                error(at, "every row of a sweep must give the same parameters");
+            }
             out.push_back(std::move(combination));
         }
         return out;
@@ -273,7 +277,8 @@ class ExperimentReader {
             const auto& known = experiment_.measured.columns;
             const auto found = std::find(known.begin(), known.end(), name);
             if (found == known.end()) {
-                error(at, "`from_measured`: \"{}\" is no name of a [[measured.column]]", name);
+                error(at, "`from_measured`: \"{}\" is no name of a [[measured.column]]; name one",
+                      name);
             } else {
                 columns.push_back(static_cast<size_t>(found - known.begin()));
             }
@@ -339,16 +344,17 @@ class ExperimentReader {
         };
         const scene::Scene& scene = setup.scene;
         if (scene.soil && scene.world.ground_plane) {
-            wrong(scene.world, "ground_plane", "stands in place of [soil]");
+            wrong(scene.world, "ground_plane", "stands in place of [soil]; leave one of them out");
         }
         if (scene.soil && setup.bed.depth_m > scene.soil->def.size_m.z) {
-            wrong(setup.bed, "depth_m", "the bed is deeper than the soil's box is high");
+            wrong(setup.bed, "depth_m", "the bed must not be deeper than the soil's box is high");
         }
         if (const auto* plate = std::get_if<PlateItem>(&setup.rig)) {
-            if (plate->reach_m.empty()) wrong(*plate, "reach_m", "gives no sinkage");
+            if (plate->reach_m.empty()) wrong(*plate, "reach_m", "must give a sinkage");
             const double deepest_m = plate->reach_m.empty() ? 0 : std::ranges::max(plate->reach_m);
             if (scene.soil && deepest_m >= setup.bed.depth_m) {
-                wrong(*plate, "reach_m", "the plate goes deeper than the bed");
+                wrong(*plate, "reach_m",
+                      "the plate goes deeper than the bed; raise `depth_m` of [bed]");
             }
             if (plate->shape == "hull" && plate->points_m.size() < 4) {
                 wrong(*plate, "points_m", "a hull needs at least 4 points");
@@ -356,37 +362,39 @@ class ExperimentReader {
         }
         if (const auto* blade = std::get_if<BladeItem>(&setup.rig)) {
             if (blade->window_from_m >= blade->travel_m) {
-                wrong(*blade, "window_from_m", "lies behind the end of the travel");
+                wrong(*blade, "window_from_m", "must lie before the end of the travel");
             }
             if (scene.soil && blade->depth_m >= setup.bed.depth_m) {
-                wrong(*blade, "depth_m", "the blade is deeper than the bed");
+                wrong(*blade, "depth_m", "the blade must not be deeper than the bed");
             }
             check_way(setup, blade->travel_m, *blade, "travel_m", errors);
         }
         if (const auto* wheel = std::get_if<TractionItem>(&setup.rig)) {
             if (wheel->window_from_m >= wheel->travel_m) {
-                wrong(*wheel, "window_from_m", "lies behind the end of the travel");
+                wrong(*wheel, "window_from_m", "must lie before the end of the travel");
             }
             const double endless = wheel->held == "travel" ? 1 : -1;
             if (wheel->slip_ratio == endless) {
-                wrong(
-                    *wheel, "slip_ratio",
-                    fmt::format("{} has no end where the {} speed is held", endless, wheel->held));
+                wrong(*wheel, "slip_ratio",
+                      fmt::format("{} has no end where the {} speed is held; change one of them",
+                                  endless, wheel->held));
             } else {
                 check_way(setup, carriage_way_m(*wheel), *wheel, "travel_m", errors);
             }
         }
         if (const auto* column = std::get_if<ColumnItem>(&setup.rig)) {
             if (!scene.soil) {
-                wrong(*column, "height_m", "a column needs [soil]");
+                wrong(*column, "height_m", "a column needs [soil]; add it");
             } else if (column->height_m > scene.soil->def.size_m.z) {
-                wrong(*column, "height_m", "the column is higher than the soil's box");
+                wrong(*column, "height_m", "the column must not be higher than the soil's box");
             }
-            if (setup.bed.at.line != 0) wrong(setup.bed, "depth_m", "a column stands on the floor");
+            if (setup.bed.at.line != 0) {
+                wrong(setup.bed, "depth_m", "a column stands on the floor; leave `depth_m` out");
+            }
         }
         if (const auto* shear = std::get_if<ShearItem>(&setup.rig)) {
             if (shear->head == "annulus" && shear->inner_radius_m >= shear->outer_radius_m) {
-                wrong(*shear, "inner_radius_m", "is not less than `outer_radius_m`");
+                wrong(*shear, "inner_radius_m", "must be less than `outer_radius_m`");
             }
             if (shear->head == "box") {
                 check_way(setup, shear->displacement_m, *shear, "displacement_m", errors);
@@ -403,7 +411,8 @@ class ExperimentReader {
                                       def.size_m.y / std::abs(std::sin(def.yaw_rad)));
         if (way_m < bed_m) return;
         errors.push_back(
-            {item.where(key), fmt::format("`{}`: the bed is only {:.4g} m long", key, bed_m)});
+            {item.where(key),
+             fmt::format("`{}`: the bed is only {:.4g} m long; enlarge size_m", key, bed_m)});
     }
 
     /// Every column that is asked for has to be one.
@@ -456,7 +465,7 @@ class ExperimentReader {
         for (const ExpectItem& expect : file.expectations) {
             need_figure(expect);
             if (expect.value.has_value() != expect.tolerance.has_value()) {
-                error(expect.at, "`value` and `tolerance` belong together");
+                error(expect.at, "`value` and `tolerance` belong together; give both or none");
             }
             if (!expect.value && !expect.min && !expect.max) {
                 error(expect.at, "[[expect]] needs `value`, `min` or `max`");

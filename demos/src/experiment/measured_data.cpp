@@ -66,10 +66,13 @@ Result<MeasuredTable> select_measured(const CsvTable& file, const MeasuredItem& 
         }
         if (taken) table.rows.push_back(std::move(row));
     }
-    if (asked_for == 0) return Error{"no row has what [[measured.where]] asks for"};
+    if (asked_for == 0) {
+        return Error{"no row has what [[measured.where]] asks for; check its numbers"};
+    }
     if (table.rows.empty()) {
-        return Error{
-            fmt::format("none of {} rows has a number in each [[measured.column]]", asked_for)};
+        return Error{fmt::format(
+            "none of {} rows has a number in each [[measured.column]]; leave out a column",
+            asked_for)};
     }
     return table;
 }

@@ -120,9 +120,11 @@ Result<std::string> fill_figures(std::string page, const std::string& tables) {
         const std::string place = page.substr(name, name_end - name);
         const size_t end =
             name_end == std::string::npos ? name_end : page.find(kPlaceEnd, name_end);
-        if (end == std::string::npos) return Error{"\"" + place + "\" has no <!-- / --> after it"};
+        if (end == std::string::npos) {
+            return Error{"\"" + place + "\" has no <!-- / --> after it; add one"};
+        }
         const auto figure = figure_at(tables, place);
-        if (!figure) return Error{"no table has \"" + place + "\""};
+        if (!figure) return Error{"no table has \"" + place + "\"; check the name"};
         const size_t begin = name_end + 4;
         page.replace(begin, end - begin, *figure);
         at = begin;

@@ -77,7 +77,7 @@ Result<Block> block_of(const std::string& page, const std::string& command,
     const size_t at = page.find(marker);
     const size_t end = at == std::string::npos ? at : page.find("<!-- end -->", at);
     if (end == std::string::npos) {
-        return Error{"the page has no \"<!-- bsoil " + command + ": " + name +
+        return Error{"the page must have \"<!-- bsoil " + command + ": " + name +
                      " -->\" with a line \"<!-- end -->\" after it"};
     }
     return Block{at + marker.size(), end};

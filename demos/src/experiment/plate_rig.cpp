@@ -126,7 +126,8 @@ Result<RigOutput> run_plate(const RigSetup& setup, const PlateItem& plate,
             step(-plate.speed_m_s);
             progress(sinkage_m / deepest_m);
             if (world.time_s() - start_s > 2 * expected_s + 1) {
-                return Error{fmt::format("the plate stuck at a sinkage of {:.4g} m", sinkage_m)};
+                return Error{fmt::format(
+                    "the plate stuck at a sinkage of {:.4g} m; lower `reach_m`", sinkage_m)};
             }
         }
         while (plate.unload && sinkage_m > 0 &&

@@ -204,7 +204,7 @@ Status draw_plot(const Experiment& experiment, const CsvTable& results, const st
     std::ofstream file(path);
     file << plot_script(experiment, results);
     file.close();
-    if (!file) return Error{path + ": cannot be written"};
+    if (!file) return Error{path + ": cannot be written; check its folder and the disk"};
     // the shell only to change the folder, which posix_spawn cannot do everywhere
     std::vector<std::string> words{"sh", "-c", "cd \"$1\" && exec gnuplot results.gnuplot", "sh",
                                    folder};
@@ -218,9 +218,9 @@ Status draw_plot(const Experiment& experiment, const CsvTable& results, const st
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Done{};
     if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
-        return Error{"no plot: gnuplot is not installed (Debian: gnuplot-nox)"};
+        return Error{"no plot: gnuplot is not installed; install it (Debian: gnuplot-nox)"};
     }
-    return Error{"no plot: gnuplot failed on " + path};
+    return Error{"no plot: gnuplot failed; run it by hand on " + path};
 }
 
 }  // namespace bsoil::experiment

@@ -191,7 +191,7 @@ Result<TriangleMesh> read_mesh(const std::string& path, MeshSkin* skin) {
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (extension != ".obj" && extension != ".stl" && extension != ".dae") {
-        return Error{path + ": is none of OBJ, STL and DAE by its name"};
+        return Error{path + ": must end in .obj, .stl or .dae"};
     }
     const auto bytes = read_file(path, kMeshCapacity);
     if (!bytes) return Error{bytes.error()};
@@ -218,19 +218,21 @@ Result<TriangleMesh> read_mesh(const std::string& path, MeshSkin* skin) {
     TriangleMesh mesh;
     const std::vector<int> textures = skin ? name_textures(*file, *skin) : std::vector<int>();
     if (!append_node(*file, *file->mRootNode, aiMatrix4x4(), mesh, skin, textures)) {
-        return Error{fmt::format("{}: more than {} vertices", path, kVertexCapacity)};
+        return Error{fmt::format("{}: more than {} vertices; simplify it", path, kVertexCapacity)};
     }
-    if (mesh.triangles.empty()) return Error{path + ": no triangles in it"};
+    if (mesh.triangles.empty()) {
+        return Error{path + ": no triangles in it; export it with its faces"};
+    }
     for (size_t i = 0; i < mesh.vertices.size(); ++i) {
         if (!is_finite(mesh.vertices[i])) {
-            return Error{fmt::format("{}: vertex {} is not finite", path, i)};
+            return Error{fmt::format("{}: vertex {} must be finite", path, i)};
         }
     }
     for (const auto& triangle : mesh.triangles) {
         for (const int v : triangle) {
             if (v < 0 || static_cast<size_t>(v) >= mesh.vertices.size()) {
-                return Error{fmt::format("{}: a triangle names vertex {} of {}", path, v,
-                                         mesh.vertices.size())};
+                return Error{fmt::format("{}: a triangle names vertex {}, must be below {}", path,
+                                         v, mesh.vertices.size())};
             }
         }
     }
@@ -243,7 +245,7 @@ Result<ColorPicture> read_texture(const std::string& path) {
     const auto bytes = read_file(path, kTextureFileBytes);
     if (!bytes) return Error{bytes.error()};
     if (!bytes->starts_with(kSignature)) {
-        return Error{path + ": is no PNG, and textures of other formats are not read"};
+        return Error{path + ": is no PNG, and textures of other formats are not read; convert it"};
     }
     const auto* data = reinterpret_cast<const stbi_uc*>(bytes->data());
     const int size = static_cast<int>(bytes->size());
@@ -253,8 +255,8 @@ Result<ColorPicture> read_texture(const std::string& path) {
         return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
     }
     if (std::max(picture.width, picture.height) > kTextureSideMax) {
-        return Error{fmt::format("{}: {} x {} pixels; a side of a texture may have {}", path,
-                                 picture.width, picture.height, kTextureSideMax)};
+        return Error{fmt::format("{}: {} x {} pixels; a side of a texture must have at most {}",
+                                 path, picture.width, picture.height, kTextureSideMax)};
     }
     if (Status status = check_picture_chunks(path); !status) return Error{status.error()};
     constexpr int kChannels = 4;
@@ -277,7 +279,7 @@ Result<HeightMapFill> read_height_map(const std::string& path, double min_height
     if (fill.width > kPictureSideMax || fill.height > kPictureSideMax ||
         int64_t{fill.width} * fill.height > kPixelCapacity) {
         return Error{
-            fmt::format("{}: {} x {} pixels; a side may have {}, both together 8193 x 8193: scale "
+            fmt::format("{}: {} x {} pixels; a side may have {}, both together 8193 x 8193; scale "
                         "the picture down",
                         path, fill.width, fill.height, kPictureSideMax)};
     }

@@ -22,19 +22,21 @@ Result<std::string> read_file(const std::string& path, size_t capacity) {
         if (count == 0) break;
         bytes.append(part.data(), count);
     }
-    if (!file || std::ferror(file.get())) return Error{path + ": cannot be read"};
+    if (!file || std::ferror(file.get())) {
+        return Error{path + ": cannot be read; check its name and rights"};
+    }
     if (bytes.size() > capacity) {
-        return Error{fmt::format("{}: larger than {} MiB", path, capacity >> 20)};
+        return Error{fmt::format("{}: must be at most {} MiB", path, capacity >> 20)};
     }
     return bytes;
 }
 
 Status write_file(const std::string& path, const std::string& bytes) {
     std::ofstream file(path, std::ios::binary);
-    if (!file) return Error{path + ": cannot be written"};
+    if (!file) return Error{path + ": cannot be written; check its folder and the disk"};
     file << bytes;
     file.close();
-    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
+    if (!file) return Error{path + ": cannot be written whole; look whether the disk is full"};
     return Done{};
 }
 

@@ -85,13 +85,13 @@ Status check_xml_depth(const std::string& xml) {
     for (XmlTagReader::Tag tag; tags.next(tag);) {
         depth = std::max(0, depth + (tag.opens ? 1 : 0) - (tag.closes ? 1 : 0));
         if (depth > kXmlDepthCapacity) {
-            return Error{
-                fmt::format("elements lie inside each other more than {} deep", kXmlDepthCapacity)};
+            return Error{fmt::format("elements must lie at most {} deep inside each other",
+                                     kXmlDepthCapacity)};
         }
     }
     if (tags.has_odd_declaration()) {
         return Error{
-            "a declaration, <?...?> or <!...>, holds a <, > or [ or a single quote: leave "
+            "a declaration, <?...?> or <!...>, holds a <, > or [ or a single quote; leave "
             "it out"};
     }
     return Done{};
@@ -103,7 +103,7 @@ Status check_node_instances(const std::string& collada) {
     if (nodes.count() > kXmlNodeCapacity) {
         return Error{
             fmt::format("its <instance_node> elements stand for more than {} nodes, or "
-                        "for themselves: write the nodes out",
+                        "for themselves; write the nodes out",
                         kXmlNodeCapacity)};
     }
     return Done{};

@@ -60,7 +60,9 @@ int main(int argc, char** argv) {
         low = {std::fmin(low.x, min.x()), std::fmin(low.y, min.y()), std::fmin(low.z, min.z())};
         high = {std::fmax(high.x, max.x()), std::fmax(high.y, max.y()), std::fmax(high.z, max.z())};
     }
-    if (moving_count == 0) return could_not("nothing in the file moves");
+    if (moving_count == 0) {
+        return could_not("nothing in the file moves; give one with a body that has mass");
+    }
     bsoil::SoilDef def;
     def.up = bsoil::UpAxis::z;
     def.voxel_m = 0.1;

@@ -61,7 +61,8 @@ class SceneChecker {
         for (const T& item : items) {
             const auto [first, inserted] = first_line.emplace(item.name, item.where("name").line);
             if (!inserted) {
-                error(item.where("name"), "a [[{}]] named \"{}\" stands in line {} already", table,
+                error(item.where("name"),
+                      "a [[{}]] named \"{}\" stands in line {} already; rename one", table,
                       item.name, first->second);
             }
         }
@@ -69,7 +70,7 @@ class SceneChecker {
 
     void need_body(const std::string& name, SourcePosition at) {
         if (!robots_incomplete_ && !scene_.find_body(name)) {
-            error(at, "no [[body]] is named \"{}\"", name);
+            error(at, "no [[body]] is named \"{}\"; check the name, or add one", name);
         }
     }
 
@@ -108,7 +109,8 @@ class SceneChecker {
         }
         for (const char* key : {"loose_density_kg_m3", "compacted_density_kg_m3"}) {
             if (item.has(key)) {
-                return error(item.where(key), "`{}` is what `bekker` is turned into", key);
+                return error(item.where(key), "`{}` is what `bekker` is turned into; leave it out",
+                             key);
             }
         }
         BekkerSoil soil;
@@ -147,7 +149,8 @@ class SceneChecker {
 
     void need_soil_material(const std::string& name, SourcePosition at) {
         if (scene_.soil && !name.empty() && !scene_.soil->material_index(name)) {
-            error(at, "\"{}\" is none of the soil's materials", name);
+            error(at, "\"{}\" is none of the soil's materials; add it to `materials` of [soil]",
+                  name);
         }
     }
 
@@ -155,7 +158,7 @@ class SceneChecker {
         need_soil_material(fill.material, fill.where("material"));
         if (fill.kind == "box" && !(fill.min_m.x < fill.max_m.x && fill.min_m.y < fill.max_m.y &&
                                     fill.min_m.z < fill.max_m.z)) {
-            error(fill.where("max_m"), "`max_m` has to exceed `min_m` along every axis");
+            error(fill.where("max_m"), "`max_m` must exceed `min_m` along every axis");
         }
         if (fill.kind == "height_map") {
             const std::string path = existing(fill.file, fill.where("file"));
@@ -193,7 +196,7 @@ class SceneChecker {
         if (name.starts_with("data:")) {
             scene_.missing_data.push_back(name);
         } else {
-            error(at, "there is no file \"{}\" beside the scene", name);
+            error(at, "there is no file \"{}\" beside the scene; check its name", name);
         }
         return {};
     }
@@ -248,7 +251,8 @@ class SceneChecker {
                 error(visual.where("points_m"), "a hull needs at least 4 points");
             }
             if (visual.mirror && visual.solid.shape == "mesh") {
-                error(visual.where("mirror"), "a mesh has no mirror image here");
+                error(visual.where("mirror"),
+                      "a mesh has no mirror image here; write the second one out");
             }
             std::string path;
             if (visual.solid.shape == "mesh") {
@@ -276,14 +280,16 @@ class SceneChecker {
                 }
             }
             if (body.ignore_soil && (body.tool_friction || body.tool_adhesion_pa)) {
-                error(body.where("ignore_soil"),
-                      "\"{}\" has a surface for soil that it does not meet", body.name);
+                error(
+                    body.where("ignore_soil"),
+                    "\"{}\" has a surface for soil that it does not meet; leave one of the two out",
+                    body.name);
             }
             if (weighed != 0 && weighed != body.parts.size()) {
                 error(body.at, "give `mass_kg` for all parts of \"{}\" or for none", body.name);
             }
             if (weighed != 0 && weighed_kg <= 0 && body.mass_kg > 0) {
-                error(body.at, "no part of \"{}\" has a mass", body.name);
+                error(body.at, "no part of \"{}\" has a mass; give `mass_kg`", body.name);
             }
         }
     }
@@ -304,50 +310,57 @@ class SceneChecker {
             if (joint.parent != "world") need_body(joint.parent, joint.where("parent"));
             need_body(joint.child, joint.where("child"));
             if (joint.parent == joint.child) {
-                error(joint.where("child"), "joins \"{}\" to itself", joint.child);
+                error(joint.where("child"), "joins \"{}\" to itself; name two bodies", joint.child);
             }
             if (!joint.is_of_multibody) {
                 need_no_link(joint.parent, joint.where("parent"));
                 need_no_link(joint.child, joint.where("child"));
             }
-            if (length(joint.axis) < 1e-6) error(joint.where("axis"), "the axis has no length");
+            if (length(joint.axis) < 1e-6) {
+                error(joint.where("axis"), "the axis must have a length");
+            }
             if (joint.kind == "suspension" &&
                 std::abs(dot(joint.axis, joint.spring_axis)) >
                     1e-3 * length(joint.axis) * length(joint.spring_axis)) {
-                error(joint.where("spring_axis"), "`spring_axis` is not square to `axis`");
+                error(joint.where("spring_axis"), "`spring_axis` must be square to `axis`");
             }
             if (joint.lower_rad.has_value() != joint.upper_rad.has_value() ||
                 joint.lower_m.has_value() != joint.upper_m.has_value()) {
                 error(joint.at, "give both stops or none");
             }
             if (joint.lower_rad && *joint.lower_rad > *joint.upper_rad) {
-                error(joint.where("lower_deg"), "the lower stop lies above the upper one");
+                error(joint.where("lower_deg"), "the lower stop must not lie above the upper one");
             }
             if (joint.lower_m && *joint.lower_m > *joint.upper_m) {
-                error(joint.where("lower_m"), "the lower stop lies above the upper one");
+                error(joint.where("lower_m"), "the lower stop must not lie above the upper one");
             }
         }
     }
 
     void check_motion(const MotionItem& motion) {
         if (motion.joint.empty() == motion.body.empty()) {
-            return error(motion.at, "a [[motion]] moves a `joint` or a `body`");
+            return error(motion.at, "a [[motion]] must move a `joint` or a `body`, one of them");
         }
         const JointItem* joint = nullptr;
         if (!motion.joint.empty() && !robots_incomplete_) {
             joint = scene_.find_joint(motion.joint);
             if (!joint) {
-                return error(motion.where("joint"), "no [[joint]] is named \"{}\"", motion.joint);
+                return error(motion.where("joint"),
+                             "no [[joint]] is named \"{}\"; check the name, or add one",
+                             motion.joint);
             }
             if (joint->motor_torque_n_m <= 0 && joint->motor_force_n <= 0) {
-                error(motion.where("joint"), "joint \"{}\" has no motor", motion.joint);
+                error(motion.where("joint"),
+                      "joint \"{}\" has no motor; give it `motor_force_n` or `motor_torque_n_m`",
+                      motion.joint);
             }
         }
         if (!motion.body.empty()) {
             need_body(motion.body, motion.where("body"));
             const BodyItem* body = scene_.find_body(motion.body);
             if (body && !body->kinematic) {
-                error(motion.where("body"), "\"{}\" is not kinematic", motion.body);
+                error(motion.where("body"), "\"{}\" is not kinematic; give it `kinematic = true`",
+                      motion.body);
             }
         }
         for (SchemaError& found : motion_key_errors(motion, joint)) {
@@ -368,37 +381,42 @@ class SceneChecker {
         if (!check.probe.empty()) {
             const ProbeItem* probe = scene_.find_probe(check.probe);
             if (!probe) {
-                error(check.where("probe"), "no [[probe]] is named \"{}\"", check.probe);
+                error(check.where("probe"),
+                      "no [[probe]] is named \"{}\"; check the name, or add one", check.probe);
             } else if (probe->kind != "mass_inside") {
-                error(check.where("probe"), "probe \"{}\" does not measure a mass", check.probe);
+                error(check.where("probe"),
+                      "probe \"{}\" does not measure a mass; name one that does", check.probe);
             }
         }
         if (check.kind == "mass_in_region" && (check.min_fraction || check.max_fraction) &&
             !check.has("reference_s")) {
-            error(check.at, "fractions need a `reference_s`");
+            error(check.at, "fractions must have a `reference_s`");
         }
         for (const auto& [key, t] :
              {std::pair{"by_s", check.by_s}, std::pair{"at_s", check.at_s},
               std::pair{"from_s", check.from_s}, std::pair{"to_s", check.to_s.value_or(0)},
               std::pair{"reference_s", check.reference_s}}) {
             if (check.has(key) && t > scene_.world.duration_s) {
-                error(check.where(key), "`{}` {} lies after the end of the run, {} s", key, t,
+                error(check.where(key),
+                      "`{}` {} lies after the end of the run, {} s; raise `duration_s`", key, t,
                       scene_.world.duration_s);
             }
         }
         if (check.to_s && *check.to_s <= check.from_s) {
-            error(check.where("to_s"), "`to_s` {} does not lie after `from_s` {}", *check.to_s,
+            error(check.where("to_s"), "`to_s` {} must lie after `from_s` {}", *check.to_s,
                   check.from_s);
         }
         if (check.has("direction") && length(check.direction) < 1e-6) {
-            error(check.where("direction"), "the direction has no length");
+            error(check.where("direction"), "the direction must have a length");
         }
         for (const std::string& name : check.bodies) {
             const BodyItem* body = scene_.find_body(name);
             if (!robots_incomplete_ && !body) {
-                error(check.where("bodies"), "no [[body]] is named \"{}\"", name);
+                error(check.where("bodies"),
+                      "no [[body]] is named \"{}\"; check the name, or add one", name);
             } else if (body && (body->kinematic || body->mass_kg <= 0)) {
-                error(check.where("bodies"), "\"{}\" has no mass and so no energy", name);
+                error(check.where("bodies"), "\"{}\" has no mass and so no energy; leave it out",
+                      name);
             }
         }
         if (!scene_.soil && check.needs_soil()) {
@@ -426,7 +444,7 @@ void SceneChecker::check_soil() {
     }
     SoilItem& soil = *scene_.soil;
     if (!soil.material.empty() && !soil.materials.empty()) {
-        error(soil.where("materials"), "give `material` or `materials`, not both");
+        error(soil.where("materials"), "`material` or `materials` must be given, not both");
     }
     const bool list = !soil.materials.empty();
     const std::vector<std::string> names =
@@ -447,9 +465,8 @@ void SceneChecker::check_soil() {
     if (!valid) error(soil.at, "{}", valid.error());
     const double ratio = soil.def.step_s / scene_.world.substep_s;
     if (std::abs(ratio - std::round(ratio)) > 1e-3 || ratio < 0.5) {
-        error(scene_.world.where("substep_s"),
-              "`substep_s` {} does not divide the soil's `step_s` {}", scene_.world.substep_s,
-              soil.def.step_s);
+        error(scene_.world.where("substep_s"), "`substep_s` {} must divide the soil's `step_s` {}",
+              scene_.world.substep_s, soil.def.step_s);
     }
 }
 

@@ -210,8 +210,9 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
             continue;
         }
         if (!selected.empty() && !exists_for(*key, selected)) {
-            errors.push_back({key_at, fmt::format("`{}` has no meaning with {} = \"{}\"", name,
-                                                  spec.selector, selected)});
+            errors.push_back(
+                {key_at, fmt::format("`{}` has no meaning with {} = \"{}\"; leave it out", name,
+                                     spec.selector, selected)});
             continue;
         }
         if (scene_item) scene_item->keys[name] = position_of(value);

@@ -30,7 +30,7 @@ class KeyScanner {
         while (at_ < text_.size()) {
             // toml++ asks whether it is a blank, with undefined behaviour for most of them.
             if (!is_ascii(text_[at_])) {
-                return Fault{at_, "only quotes and comments may hold characters beyond ASCII"};
+                return Fault{at_, "characters beyond ASCII must be in quotes or comments"};
             }
             switch (text_[at_]) {
                 case '#':
@@ -39,9 +39,12 @@ class KeyScanner {
                 case '"':
                 case '\'':
                     // toml++ reads on to the end of what began without a quote, whatever is in it.
-                    if (is_bare_at(at_ - 1)) return Fault{at_, "a quote stands inside of a word"};
+                    if (is_bare_at(at_ - 1)) {
+                        return Fault{at_,
+                                     "a quote stands inside of a word; put all of it in quotes"};
+                    }
                     if (const auto at = skip_string()) {
-                        return Fault{*at, "behind a \\ this has to be written as \\uXXXX"};
+                        return Fault{*at, "behind a \\ this must be written as \\uXXXX"};
                     }
                     break;
                 // Whatever stands between two keys or values.
@@ -59,7 +62,7 @@ class KeyScanner {
                 case '.':
                     if (++dots >= kKeyPartCapacity) {
                         return Fault{at_, fmt::format("a key has more than {} parts with dots "
-                                                      "between them",
+                                                      "between them; leave some out",
                                                       kKeyPartCapacity)};
                     }
                     ++at_;
@@ -153,7 +156,7 @@ SourcePosition position_in(const std::string& text, size_t at) {
 
 Result<toml::table> parse_toml(const std::string& text, const std::string& path) {
     if (text.size() > kTomlCapacity) {
-        return Error{fmt::format("{}: larger than {} MiB", path, kTomlCapacity >> 20)};
+        return Error{fmt::format("{}: must be at most {} MiB", path, kTomlCapacity >> 20)};
     }
     if (const auto fault = KeyScanner(text).find_fault()) {
         return Error{error_text({{position_in(text, fault->at), fault->text}}, path)};

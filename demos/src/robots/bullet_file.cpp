@@ -73,7 +73,7 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
         file->own_multibodies(multibodies_before);
         file->place_multibodies(pose);
     }
-    if (!is_loaded) return Error{path + ": Bullet cannot read it"};
+    if (!is_loaded) return Error{path + ": Bullet cannot read it; save it anew from Bullet"};
 
     btBulletWorldImporter& importer = *file->importer_;
     const bool is_moved = !(pose == btTransform::getIdentity());
@@ -82,8 +82,8 @@ Result<std::unique_ptr<BulletFile>> BulletFile::load(const std::string& path,
         if (is_moved && (&c.getRigidBodyA() == &btTypedConstraint::getFixedBody() ||
                          &c.getRigidBodyB() == &btTypedConstraint::getFixedBody())) {
             return Error{path +
-                         ": a constraint holds a body to the world; such a file cannot be "
-                         "placed elsewhere"};
+                         ": a constraint holds a body to the world; such a file must "
+                         "stay where it was saved"};
         }
     }
     std::set<std::string> taken;

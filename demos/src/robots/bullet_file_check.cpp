@@ -129,7 +129,7 @@ struct Fault {
 };
 [[noreturn]] void refuse(const std::string& text) { throw Fault{text}; }
 void require(bool holds) {
-    if (!holds) refuse("is damaged or cut short");
+    if (!holds) refuse("is damaged or cut short; take another copy of it");
 }
 
 class Checker {
@@ -166,9 +166,9 @@ class Checker {
 
     void read_blocks() {
         if (bytes_.size() < kHeadBytes || !std::string_view(bytes_).starts_with(kMagic)) {
-            refuse("is not a .bullet file");
+            refuse("is not a .bullet file; save one with btSerializer");
         }
-        if (bytes_[8] != 'v') refuse("is big endian, which is not supported");
+        if (bytes_[8] != 'v') refuse("is big endian; save it on another machine");
         require((bytes_[6] == 'f' || bytes_[6] == 'd') && (bytes_[7] == '-' || bytes_[7] == '_'));
         is_double_ = bytes_[6] == 'd';
         pointer_size_ = bytes_[7] == '-' ? 8 : 4;
@@ -205,7 +205,7 @@ class Checker {
         if (!dna) refuse(dna.error());
         dna_ = std::move(*dna);
         if (!dna_.fits(BulletDna::own())) {
-            refuse("describes structures that this Bullet has in another form");
+            refuse("describes structures in another form; save it with this Bullet");
         }
         for (size_t i = 0; i < blocks_.size(); ++i) {
             const Block& block = blocks_[i];
@@ -322,7 +322,7 @@ class Checker {
         for (size_t i = 0; i < field.count; ++i) {
             if ((field.type == "float" && !std::isfinite(value<float>(at + 4 * i))) ||
                 (field.type == "double" && !std::isfinite(value<double>(at + 8 * i)))) {
-                refuse(fmt::format("has a number that is not finite ({})", field.name));
+                refuse(fmt::format("has a number that must be finite ({})", field.name));
             }
         }
     }
@@ -381,7 +381,7 @@ class Checker {
     bool check_shape(const Block& block, int depth) {
         require(dna_.is_a(block.structure, "btCollisionShapeData"));
         if (++shape_count_ > kShapeCapacity || depth > kCompoundDepth) {
-            refuse(fmt::format("has more than {} shapes, or compounds more than {} deep",
+            refuse(fmt::format("must have at most {} shapes, and compounds at most {} deep",
                                kShapeCapacity, kCompoundDepth));
         }
         const Structure& base =
@@ -447,7 +447,7 @@ class Checker {
         // Bullet asks the first body of each constraint that has one of the two, and gears for
         // both.
         if ((has_b && !has_a) || (type == GEAR_CONSTRAINT_TYPE && has_a && !has_b)) {
-            refuse("has a constraint of which Bullet makes only the second body");
+            refuse("has a constraint of which Bullet makes one body; save both with it");
         }
     }
 

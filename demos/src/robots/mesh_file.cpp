@@ -34,13 +34,14 @@ Result<std::string> find_robot_file(const char* what, const std::string& name,
     for (const fs::path& place : places) {
         looked_for += (looked_for.empty() ? "" : ", ") + place.lexically_normal().string();
     }
-    return Error{fmt::format("the {} \"{}\" is not there; looked for {}", what, name, looked_for)};
+    return Error{fmt::format("the {} \"{}\" is not there; looked for {}; put it there", what, name,
+                             looked_for)};
 }
 
 Result<TriangleMesh> read_robot_mesh(const std::string& path, Vec3 scale, MeshSkin* skin) {
     if (!is_finite(scale) || scale.x == 0 || scale.y == 0 || scale.z == 0) {
-        return Error{
-            fmt::format("{}: the scale {} {} {} is no scale", path, scale.x, scale.y, scale.z)};
+        return Error{fmt::format("{}: the scale {} {} {} must be finite and not 0", path, scale.x,
+                                 scale.y, scale.z)};
     }
     auto mesh = read_mesh(path, skin);
     if (!mesh) return mesh;

@@ -48,19 +48,19 @@ void add_raycast_wheels(Scene& scene, RaycastVehicleItem& vehicle,
     if (!chassis.multibody.empty() || !chassis.bullet_file.empty() || chassis.kinematic ||
         chassis.mass_kg <= 0) {
         return error(vehicle.where("chassis"),
-                     fmt::format("\"{}\" is no rigid body of the scene's own that can move",
+                     fmt::format("\"{}\" must be a rigid body of the scene's own that can move",
                                  vehicle.chassis));
     }
     std::set<std::string> names;
     for (const RaycastWheelItem& wheel : vehicle.wheels) {
         if (!names.insert(wheel.name).second) {
             error(wheel.where("name"),
-                  fmt::format("a wheel named \"{}\" is there already", wheel.name));
+                  fmt::format("a wheel named \"{}\" is there already; rename one", wheel.name));
         }
     }
     for (size_t k = 1; k < vehicle.drive_keys.size(); ++k) {
         if (vehicle.drive_keys[k].t_s <= vehicle.drive_keys[k - 1].t_s) {
-            error(vehicle.drive_keys[k].where("t_s"), "keys have to rise in time");
+            error(vehicle.drive_keys[k].where("t_s"), "keys must rise in time");
         }
     }
     vehicle.is_y_up = scene.world.up == "y";

@@ -10,27 +10,27 @@ namespace bsoil::scene {
 Status RobotBuilder::check_joint(const urdf::Joint& joint) {
     const Pose origin = to_pose(joint.parent_to_joint_origin_transform);
     if (!is_finite(origin) || length(origin.position) > kLargestLength) {
-        return error("joint \"{}\" has no place: its origin is ({}, {}, {})", joint.name,
+        return error("joint \"{}\": its origin is ({}, {}, {}), must be finite", joint.name,
                      origin.position.x, origin.position.y, origin.position.z);
     }
     if (joint.type == urdf::Joint::FIXED || joint.type == urdf::Joint::FLOATING) return Done{};
     if (joint.type == urdf::Joint::UNKNOWN) {
-        return error("joint \"{}\" has no known type", joint.name);
+        return error("joint \"{}\": its type must be one that URDF knows", joint.name);
     }
     const Vec3 axis = to_vec3(joint.axis);
     if (!is_finite(axis) || length(axis) < 1e-6) {
-        return error("joint \"{}\": the axis has no length", joint.name);
+        return error("joint \"{}\": the axis must have a length", joint.name);
     }
     if (joint.limits &&
         (!std::isfinite(joint.limits->lower) || !std::isfinite(joint.limits->upper) ||
          !std::isfinite(joint.limits->effort) || joint.limits->effort < 0 ||
          !std::isfinite(joint.limits->velocity) || joint.limits->velocity < 0)) {
-        return error("joint \"{}\": its limits are not finite, or effort or velocity negative",
+        return error("joint \"{}\": its limits must be finite, effort and velocity not negative",
                      joint.name);
     }
     if (is_limited(joint) && joint.limits->lower > joint.limits->upper) {
-        return error("joint \"{}\": the lower limit {} lies above the upper one, {}", joint.name,
-                     joint.limits->lower, joint.limits->upper);
+        return error("joint \"{}\": the lower limit {} must not lie above the upper one, {}",
+                     joint.name, joint.limits->lower, joint.limits->upper);
     }
     if (joint.dynamics) {
         const double damping = joint.dynamics->damping, friction = joint.dynamics->friction;
@@ -48,21 +48,23 @@ Status RobotBuilder::check_joint(const urdf::Joint& joint) {
 Status RobotBuilder::check_mimic(const urdf::Joint& joint) const {
     if (!joint.mimic) return Done{};
     if (joint.type == urdf::Joint::PLANAR) {
-        return error("joint \"{}\" is planar and mimics another one", joint.name);
+        return error("joint \"{}\" is planar and mimics another one; leave <mimic> out",
+                     joint.name);
     }
     std::set<std::string> way{joint.name};
     for (const urdf::Joint* j = &joint; j->mimic;) {
         const auto source = model_->getJoint(j->mimic->joint_name);
         if (!source) {
-            return error("joint \"{}\" mimics \"{}\", which is not there", j->name,
+            return error("joint \"{}\" mimics \"{}\", which is not there; check the name", j->name,
                          j->mimic->joint_name);
         }
         if (!turns(*source) && source->type != urdf::Joint::PRISMATIC) {
-            return error("joint \"{}\" mimics \"{}\", which neither turns nor slides", j->name,
-                         source->name);
+            return error(
+                "joint \"{}\" mimics \"{}\", which neither turns nor slides; leave <mimic> out",
+                j->name, source->name);
         }
         if (!way.insert(source->name).second) {
-            return error("joint \"{}\" mimics itself", joint.name);
+            return error("joint \"{}\" mimics itself; leave <mimic> out", joint.name);
         }
         j = source.get();
     }
@@ -156,7 +158,7 @@ Status RobotBuilder::add_motor(const urdf::Joint& joint, const RobotMotorItem* m
         return motor ? error_at(motor->at, text)
                      : error(
                            "joint \"{}\" mimics another one and has neither an effort limit "
-                           "nor a [[robot.motor]]",
+                           "nor a [[robot.motor]]; give it one",
                            joint.name);
     }
     (slides ? item.motor_force_n : item.motor_torque_n_m) = effort;

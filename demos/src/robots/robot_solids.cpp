@@ -42,7 +42,7 @@ Status RobotBuilder::place(const urdf::Pose& origin, const std::string& link, co
     solid.at = robot_.at;
     solid.pose = to_pose(origin);
     if (!is_rigid(solid.pose) || length(solid.pose.position) > kLargestLength) {
-        return error("link \"{}\": its {} has no place", link, what);
+        return error("link \"{}\": its {} must have a finite origin", link, what);
     }
     return Done{};
 }
@@ -58,8 +58,8 @@ Status RobotBuilder::make_primitive(const urdf::Geometry& geometry, const urdf::
             solid.size_m = to_vec3(static_cast<const urdf::Box&>(geometry).dim);
             const Vec3 s = solid.size_m;
             if (size_is_wrong(s.x) || size_is_wrong(s.y) || size_is_wrong(s.z)) {
-                return error("link \"{}\": the box {} x {} x {} m is no solid", link, s.x, s.y,
-                             s.z);
+                return error("link \"{}\": the box {} x {} x {} m must have finite sizes above 0",
+                             link, s.x, s.y, s.z);
             }
             break;
         }
@@ -67,7 +67,8 @@ Status RobotBuilder::make_primitive(const urdf::Geometry& geometry, const urdf::
             solid.shape = "sphere";
             solid.radius_m = static_cast<const urdf::Sphere&>(geometry).radius;
             if (size_is_wrong(solid.radius_m)) {
-                return error("link \"{}\": the radius {} m is none", link, solid.radius_m);
+                return error("link \"{}\": the radius {} m must be finite and above 0", link,
+                             solid.radius_m);
             }
             break;
         case urdf::Geometry::CYLINDER: {
@@ -77,14 +78,14 @@ Status RobotBuilder::make_primitive(const urdf::Geometry& geometry, const urdf::
             solid.height_m = cylinder.length;
             if (size_is_wrong(solid.radius_m) || size_is_wrong(solid.height_m)) {
                 return error(
-                    "link \"{}\": the cylinder of radius {} m and length {} m is no "
-                    "solid",
+                    "link \"{}\": the cylinder of radius {} m and length {} m must "
+                    "have finite sizes above 0",
                     link, solid.radius_m, solid.height_m);
             }
             break;
         }
         default:
-            return error("link \"{}\": a solid of no known kind", link);
+            return error("link \"{}\": a solid must be a box, sphere, cylinder or mesh", link);
     }
     return Done{};
 }
@@ -142,8 +143,10 @@ Status RobotBuilder::add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std
     if (!triangles) return error("link \"{}\": {}", link, triangles.error());
     for (const Vec3 p : triangles->vertices) {
         if (length(p) > kLargestLength) {
-            return error("link \"{}\": {}: a vertex lies {:g} m out, more than {:g} m", link, *path,
-                         length(p), kLargestLength);
+            return error(
+                "link \"{}\": {}: a vertex lies {:g} m out, must be at most {:g} m; check its "
+                "scale",
+                link, *path, length(p), kLargestLength);
         }
     }
     if (mode == "mesh") {
@@ -163,7 +166,7 @@ Status RobotBuilder::add_mesh(const urdf::Mesh& mesh, ShapeItem solid, const std
     }
     if (mode == "decompose") hulls = convex_parts(*triangles, capacity);
     if (whole.volume_m3 <= 0 || hulls.empty()) {
-        return error("link \"{}\": {}: its hull has no volume", link, *path);
+        return error("link \"{}\": {}: its hull has no volume; make it a thin box", link, *path);
     }
     Vec3 middle;
     for (const Vec3 p : whole.surface.vertices) {

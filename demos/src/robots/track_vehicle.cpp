@@ -42,9 +42,10 @@ class TrackBuilder {
         BodyItem& hull = *std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
                                        [&](const BodyItem& b) { return b.name == track_.hull; });
         if (!hull.multibody.empty()) {
-            return error(track_.where("hull"),
-                         "\"{}\" is a link of a multibody, which a track cannot run on",
-                         track_.hull);
+            return error(
+                track_.where("hull"),
+                "\"{}\" is a link of a multibody, which a track cannot run on; name a [[body]]",
+                track_.hull);
         }
         const size_t error_count = errors_.size();
         set_axes();
@@ -69,7 +70,7 @@ class TrackBuilder {
     /// x and y of the track's plane such that the track's lower side runs along x.
     void set_axes() {
         if (length(track_.axis) < 1e-6) {
-            return error(track_.where("axis"), "the axis has no length");
+            return error(track_.where("axis"), "the axis must have a length");
         }
         axle_ = track_.axis * (1 / length(track_.axis));
         const Vec3 along = std::abs(axle_.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
@@ -89,14 +90,14 @@ class TrackBuilder {
             const auto [first, inserted] = first_line.emplace(wheel.name, wheel.where("name").line);
             if (!inserted) {
                 error(wheel.where("name"),
-                      "a [[track.wheel]] named \"{}\" stands in line {} already", wheel.name,
-                      first->second);
+                      "a [[track.wheel]] named \"{}\" stands in line {} already; rename one",
+                      wheel.name, first->second);
             }
             const double aside_m = dot(wheel.position_m - wheels[0].position_m, axle_);
             if (std::abs(aside_m) > kInPlane * track_.link_width_m) {
                 error(wheel.where("position_m"),
-                      "wheel \"{}\" stands {:.4g} m beside the plane of wheel \"{}\"", wheel.name,
-                      std::abs(aside_m), wheels[0].name);
+                      "wheel \"{}\" stands {:.4g} m beside the plane of wheel \"{}\"; move it",
+                      wheel.name, std::abs(aside_m), wheels[0].name);
             }
             for (size_t k = 0; k < i; ++k) {
                 const double apart_m = length(wheel.position_m - wheels[k].position_m);
@@ -104,12 +105,13 @@ class TrackBuilder {
                 if (apart_m < least_m) {
                     error(wheel.where("position_m"),
                           "wheels \"{}\" and \"{}\" overlap: {:.4g} m apart, radii {:g} m and "
-                          "{:g} m",
+                          "{:g} m; move one",
                           wheels[k].name, wheel.name, apart_m, wheels[k].radius_m, wheel.radius_m);
                 }
             }
             if (wheel.max_velocity_rad_s && wheel.motor_torque_n_m <= 0) {
-                error(wheel.where("max_velocity_deg_s"), "wheel \"{}\" has no motor", wheel.name);
+                error(wheel.where("max_velocity_deg_s"),
+                      "wheel \"{}\" has no motor; give it `motor_torque_n_m`", wheel.name);
             }
         }
     }
@@ -119,7 +121,7 @@ class TrackBuilder {
             error(track_.at, "give `link_count` or `pitch_m`");
         }
         if (track_.link_count == 1 || track_.link_count == 2) {
-            error(track_.where("link_count"), "{} links do not go round anything",
+            error(track_.where("link_count"), "{} links do not go round anything; give more",
                   track_.link_count);
         }
         if (track_.guide_height_m <= 0) return;
@@ -152,7 +154,8 @@ class TrackBuilder {
             const double wanted = TrackPath(belt).length_m() / *track_.pitch_m;
             if (wanted < 3 || wanted > 1000) {
                 error(track_.where("pitch_m"),
-                      "the way round the wheels, {:.4g} m, takes {:.4g} links of {:g} m: 3 .. 1000",
+                      "the way round the wheels, {:.4g} m, takes {:.4g} links of {:g} m, must be 3 "
+                      ".. 1000",
                       wanted * *track_.pitch_m, wanted, *track_.pitch_m);
                 return {};
             }
@@ -163,12 +166,15 @@ class TrackBuilder {
             track_.pitch_m ? track_.where("pitch_m") : track_.where("link_count");
         if (chain.sharp_wheel >= 0) {
             const TrackWheelItem& wheel = track_.wheels[static_cast<size_t>(chain.sharp_wheel)];
-            error(at, "{} links of {:.4g} m do not bend round wheel \"{}\" of radius {:g} m",
+            error(at,
+                  "{} links of {:.4g} m do not bend round wheel \"{}\" of radius {:g} m; make them "
+                  "shorter",
                   link_count, chain.pitch_m, wheel.name, wheel.radius_m);
         } else if (track_.grouser_height_m > 0 && track_.grouser_thickness_m > chain.pitch_m) {
-            error(track_.where("grouser_thickness_m"),
-                  "grousers of {:g} m are thicker than links of {:.4g} m are long",
-                  track_.grouser_thickness_m, chain.pitch_m);
+            error(
+                track_.where("grouser_thickness_m"),
+                "grousers of {:g} m are thicker than links of {:.4g} m are long; make them thinner",
+                track_.grouser_thickness_m, chain.pitch_m);
         }
         return chain;
     }

@@ -124,8 +124,8 @@ void untie(urdf::ModelInterface& model) {
 /// urdfdom takes a link with two parents, and then has its solids twice.
 Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
     if (model.links_.size() > kLinkCapacity) {
-        return Error{
-            fmt::format("{}: {} links are more than {}", path, model.links_.size(), kLinkCapacity)};
+        return Error{fmt::format("{}: has {} links, must have at most {}", path,
+                                 model.links_.size(), kLinkCapacity)};
     }
     std::map<std::string, std::string> joint_of;
     for (const auto& [name, joint] : model.joints_) {
@@ -141,7 +141,7 @@ Status check_tree(const urdf::ModelInterface& model, const std::string& path) {
     if (reached != model.links_.size()) {
         return Error{fmt::format(
             "{}: {} of {} links do not hang on the root \"{}\": their joints "
-            "form a loop",
+            "form a loop; cut it",
             path, model.links_.size() - reached, model.links_.size(), model.getRoot()->name)};
     }
     return Done{};
@@ -154,7 +154,7 @@ Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
     if (!text) return Error{text.error()};
     if (is_xacro(*text)) {
         return Error{
-            fmt::format("{}: is a xacro file, which has to be expanded into a URDF first: xacro {} "
+            fmt::format("{}: is a xacro file, which must be expanded into a URDF first: xacro {} "
                         "> robot.urdf (xacro comes with ROS; pip install xacro has it too)",
                         path, path)};
     }
@@ -167,7 +167,7 @@ Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::string& path) {
     urdf::ModelInterfaceSharedPtr model = parse(xml, errors);
     if (!model || !model->getRoot()) {
         return Error{fmt::format("{}: not a valid URDF: {}", path,
-                                 errors.empty() ? "it has no root link" : errors)};
+                                 errors.empty() ? "it must have a root link" : errors)};
     }
     // A faulty inertial or collision is reported and left out: it would be missed.
     if (!errors.empty()) return Error{fmt::format("{}: {}", path, errors)};

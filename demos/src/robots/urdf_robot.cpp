@@ -110,8 +110,12 @@ Status RobotBuilder::add_body(const urdf::Link& link, const Pose& world, const u
     const Status done = merge(link, Pose{}, merged);
     if (!done) return done;
     if (merged.body.name.empty()) {
-        if (joint) return error("link \"{}\" has neither mass nor solid", link.name);
-        if (merged.moving.empty()) return error("no link has a mass or a solid");
+        if (joint) {
+            return error("link \"{}\" has neither mass nor solid; give it one of them", link.name);
+        }
+        if (merged.moving.empty()) {
+            return error("no link has a mass or a solid; give one of them either");
+        }
         return add_children(merged.moving, world, "world");
     }
     BodyItem& body = merged.body;
@@ -132,7 +136,7 @@ Status RobotBuilder::add_body(const urdf::Link& link, const Pose& world, const u
     if (stands) {
         body.mass_kg = 0;
     } else if (body.mass_kg <= 0) {
-        return error("link \"{}\" moves and has no mass: give it one with [[robot.link]]",
+        return error("link \"{}\" moves and has no mass; give it one with [[robot.link]]",
                      link.name);
     } else {
         body.inertial = merged.mass.principal();
@@ -218,12 +222,12 @@ Status RobotBuilder::add_mass(const urdf::Link& link, const Pose& in_body,
     if (!link.inertial) return Done{};
     const urdf::Inertial& given = *link.inertial;
     if (!std::isfinite(given.mass) || given.mass < 0 || given.mass > kLargestMass) {
-        return error("link \"{}\": the mass {} kg is not within 0 .. {:g} kg", link.name,
-                     given.mass, kLargestMass);
+        return error("link \"{}\": the mass {} kg must be 0 .. {:g} kg", link.name, given.mass,
+                     kLargestMass);
     }
     const Pose frame = to_pose(given.origin);
     if (!is_finite(frame) || length(frame.position) > kLargestLength) {
-        return error("link \"{}\": its centre of mass has no place", link.name);
+        return error("link \"{}\": its centre of mass must be finite", link.name);
     }
     merged.has_mass = true;
     if (given.mass == 0) return Done{};

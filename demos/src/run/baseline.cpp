@@ -78,7 +78,9 @@ constexpr int kDepthCapacity = 16;
 
 Result<Json> read_baseline(const std::string& path) {
     std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored)) return Error{path + ": not there"};
+    if (!std::filesystem::exists(path, ignored)) {
+        return Error{path + ": not there; write it with --update"};
+    }
     const auto text = read_file(path, kFileCapacity);
     if (!text) return Error{text.error()};
     bool is_deep = false;
@@ -88,13 +90,13 @@ Result<Json> read_baseline(const std::string& path) {
     };
     Json json = Json::parse(*text, stay_flat, false);
     if (is_deep) {
-        return Error{
-            fmt::format("{}: values inside each other more than {} deep", path, kDepthCapacity)};
+        return Error{fmt::format("{}: values must lie at most {} deep inside each other", path,
+                                 kDepthCapacity)};
     }
-    if (!json.is_object()) return Error{path + ": is no baseline"};
+    if (!json.is_object()) return Error{path + ": is no baseline; write it with --update"};
     if (json.contains("steps") &&
         (!json["steps"].is_number_integer() || json["steps"].get<int64_t>() < 0)) {
-        return Error{path + ": its \"steps\" are no number of steps"};
+        return Error{path + ": its \"steps\" must be a number of steps"};
     }
     return json;
 }

@@ -196,14 +196,15 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     }
     const bool is_mesh = ending == ".glb" || ending == ".obj" || ending == ".ply";
     if (!is_mesh && !run.has_soil()) {
-        return Error{fmt::format("{}: this scene has no soil to export", path)};
+        return Error{
+            fmt::format("{}: this scene has no soil to export; export it as a mesh", path)};
     }
     Status written = Done{};
     if (ending == ".glb") {
         std::vector<std::string> notes;
         const std::string bytes = glb(meshes_of(run), run.scene().world.up == "z", notes);
         if (bytes.size() > std::numeric_limits<uint32_t>::max()) {
-            return Error{path + ": more than the 4 GiB that a .glb can hold; a .ply can"};
+            return Error{path + ": more than the 4 GiB that a .glb can hold; take a .ply"};
         }
         written = write_file(path, bytes);
         if (written) return fmt::format("{}", fmt::join(notes, "\n"));
@@ -214,7 +215,7 @@ Result<std::string> export_run(const SceneRun& run, const std::string& path) {
     } else if (ending == ".asc") {
         const HeightMap map = height_map(run.soil());
         written = map.is_turned() ? Status(Error{path + ": this soil's grid is turned, which an "
-                                                        "ASCII grid cannot say; a .tif can"})
+                                                        "ASCII grid cannot say; take a .tif"})
                                   : write_file(path, ascii_grid(map));
     } else if (ending == ".tif") {
         written = write_geotiff(height_map(run.soil()), path);

@@ -91,7 +91,7 @@ Status write_geotiff(const HeightMap& map, const std::string& path) {
     TIFFSetTagExtender(add_tags);
     TIFFSetErrorHandler(say_nothing);  // what goes wrong is told by the result
     const std::unique_ptr<TIFF, Close> tiff(TIFFOpen(path.c_str(), "w"));
-    if (!tiff) return Error{path + ": cannot be written"};
+    if (!tiff) return Error{path + ": cannot be written; check its folder and the disk"};
     set_tags(tiff.get(), map);
     std::vector<float> row(static_cast<size_t>(map.width));
     bool written = true;
@@ -102,7 +102,7 @@ Status write_geotiff(const HeightMap& map, const std::string& path) {
         written &= TIFFWriteScanline(tiff.get(), row.data(), static_cast<uint32_t>(y), 0) == 1;
     }
     written &= TIFFFlush(tiff.get()) == 1;
-    if (!written) return Error{path + ": cannot be written whole; is the disk full?"};
+    if (!written) return Error{path + ": cannot be written whole; look whether the disk is full"};
     return Done{};
 }
 

@@ -4,7 +4,9 @@
 namespace bsoil::scene {
 
 Status write_geotiff(const HeightMap&, const std::string& path) {
-    return Error{path + ": this bsoil was built without libtiff (Debian: libtiff-dev)"};
+    return Error{path +
+                 ": this bsoil was built without libtiff; install it and build anew (Debian: "
+                 "libtiff-dev)"};
 }
 
 }  // namespace bsoil::scene

@@ -13,7 +13,7 @@ RunPictures::RunPictures(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RunPictures::~RunPictures() = default;
 
 Result<std::unique_ptr<RunPictures>> RunPictures::create(const SceneRun&, const RunPicturesDef&) {
-    return Error{"no pictures: built with BULLETSOIL_RENDER=OFF"};
+    return Error{"no pictures: built with BULLETSOIL_RENDER=OFF; build with it ON"};
 }
 const std::vector<std::string>& RunPictures::notes() const { return impl_->notes; }
 Status RunPictures::observe() { return Done{}; }

@@ -192,7 +192,9 @@ Status RunChecks::set_state(std::span<const uint8_t> state) {
         if (kind != w.item->kind) stream.refuse();
         serialize(stream, w);
     }
-    if (!stream.at_end()) return Error{"the snapshot is of a scene with other checks"};
+    if (!stream.at_end()) {
+        return Error{"the snapshot is of a scene with other checks; run that scene anew"};
+    }
     watches_ = std::move(watches);
     return Done{};
 }

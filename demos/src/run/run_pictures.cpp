@@ -80,7 +80,9 @@ struct RunPictures::Impl {
         for (const char c : def.folder) input += c == '%' ? std::string("%%") : std::string(1, c);
         input += "/frames/%05d.png";
         const std::string output = def.folder + "/video.mp4";
-        if (frame_next == frame_first) return Error{output + ": the run was too short for a frame"};
+        if (frame_next == frame_first) {
+            return Error{output + ": the run was too short for a frame; run it longer"};
+        }
         std::vector<std::string> words;
         const auto add = [&words](const std::string& options) {
             std::istringstream each(options);
@@ -105,7 +107,8 @@ struct RunPictures::Impl {
             }
         }
         if (status != 0) {
-            return Error{output + ": ffmpeg failed, its own words are above; the pictures are in " +
+            return Error{output +
+                         ": ffmpeg failed, its own words are above; take the pictures in " +
                          def.folder + "/frames"};
         }
         return Done{};

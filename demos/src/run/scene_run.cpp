@@ -241,7 +241,9 @@ Result<SnapshotScene> scene_of_snapshot(const std::string& path) {
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* bytes = find_section(*sections, kSceneSection);
     if (!bytes || bytes->size() < 3 || (*bytes)[1] != ' ') {
-        return Error{fmt::format("snapshot '{}' does not say which scene it is of", path)};
+        return Error{fmt::format(
+            "snapshot '{}' does not say which scene it is of; take one that bsoil run wrote",
+            path)};
     }
     return SnapshotScene{{bytes->begin(), bytes->begin() + 1}, {bytes->begin() + 2, bytes->end()}};
 }
@@ -253,13 +255,15 @@ Status SceneRun::load(const std::string& path) {
         return Error{fmt::format("snapshot '{}': {}", path, why)};
     };
     const std::vector<uint8_t>* bytes = find_section(*sections, kProgressSection);
-    if (!bytes) return refuse("was not written by a run of a scene");
+    if (!bytes) {
+        return refuse("was not written by a run of a scene; take one of its step_*.snapshot");
+    }
     Progress saved;
     const Progress here = progress();
     StateStream stream(*bytes);
     saved.serialize(stream);
     if (!stream.at_end() || saved.step_count < 0 || saved.bullet.substep_count < 0) {
-        return refuse("is damaged");
+        return refuse(std::string("is damaged") + kTakeAnotherCopy);
     }
     if (saved.step_s != here.step_s ||
         saved.bullet.substep_count != saved.step_count * substep_count_ ||
@@ -267,11 +271,16 @@ Status SceneRun::load(const std::string& path) {
         saved.peak_force_n.size() != here.peak_force_n.size() ||
         saved.readings.size() != here.readings.size() ||
         saved.totals_at_start.units.size() != here.totals_at_start.units.size()) {
-        return refuse("is of another scene: its steps, bodies, joints or materials are others");
+        return refuse(
+            "is of another scene: its steps, bodies, joints or materials are others; run this "
+            "scene "
+            "anew");
     }
     SoilDef changed = scene_soil_;
     const std::vector<uint8_t>* settings = find_section(*sections, kSoilSection);
-    if (settings && !set_soil_settings(*settings, changed)) return refuse("is damaged");
+    if (settings && !set_soil_settings(*settings, changed)) {
+        return refuse(std::string("is damaged") + kTakeAnotherCopy);
+    }
     const SoilDef before = has_soil() ? soil().def() : SoilDef{};
     if (has_soil()) {
         if (const Status taken = soil().change(changed); !taken) return refuse(taken.error());

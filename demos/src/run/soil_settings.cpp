@@ -90,7 +90,7 @@ Status set_soil_settings(std::span<const uint8_t> settings, SoilDef& def) {
     std::vector<NamedNumber> numbers;
     StateStream stream(settings);
     list(stream, numbers);
-    if (!stream.at_end()) return Error{"is damaged"};
+    if (!stream.at_end()) return Error{"is damaged; take another copy of it"};
     visit_settings(def, [&numbers](const std::string& name, double& value) {
         const auto saved = std::ranges::find(numbers, name, &NamedNumber::name);
         if (saved != numbers.end()) value = saved->value;

@@ -52,12 +52,16 @@ Result<Telemetry> Telemetry::create(const SceneRun& run, const std::string& fold
         }
     }
     telemetry.table_ << '\n';
-    if (!telemetry.table_) return Error{path + ": cannot be written"};
+    if (!telemetry.table_) {
+        return Error{path + ": cannot be written; check its folder and the disk"};
+    }
     if (has_profiles) {
         const std::string profiles = folder + "/profiles.csv";
         telemetry.profiles_.open(profiles);
         telemetry.profiles_ << "time_s,probe,distance_m,height_m\n";
-        if (!telemetry.profiles_) return Error{profiles + ": cannot be written"};
+        if (!telemetry.profiles_) {
+            return Error{profiles + ": cannot be written; check its folder and the disk"};
+        }
     }
     return telemetry;
 }
@@ -73,8 +77,8 @@ Status Telemetry::finish() {
         if (!file.is_open()) return Done{};
         file.close();
         if (file) return Done{};
-        return Error{
-            fmt::format("{}/{}: cannot be written whole; is the disk full?", folder_, name)};
+        return Error{fmt::format("{}/{}: cannot be written whole; look whether the disk is full",
+                                 folder_, name)};
     };
     const Status table = close(table_, "telemetry.csv");
     const Status profiles = close(profiles_, "profiles.csv");

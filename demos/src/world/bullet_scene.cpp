@@ -147,7 +147,8 @@ Status BulletScene::add_bullet_file(const BulletFileItem& item) {
             if (item.name + '/' + found.name == body.name) body.object = body.body = found.body;
         }
         if (!body.object) {
-            return Error{scene_.message(item.where("file"), "the file has changed meanwhile")};
+            return Error{scene_.message(item.where("file"),
+                                        "the file has changed meanwhile; load the scene anew")};
         }
     }
     bullet_files_.push_back(std::move(*file));

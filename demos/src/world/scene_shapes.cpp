@@ -121,9 +121,10 @@ Result<SceneShapes::BodyShape> SceneShapes::make(const Scene& scene, const BodyI
     for (const ShapeItem& solid : solids) {
         btCollisionShape* shape = make_solid(solid, moves || item.kinematic);
         if (!shape) {
-            return Error{
-                scene.message(solid.where("points_m"),
-                              fmt::format("the hull of body \"{}\" has no volume", item.name))};
+            return Error{scene.message(
+                solid.where("points_m"),
+                fmt::format("the hull of body \"{}\" has no volume; make it a thin box",
+                            item.name))};
         }
         children.push_back(shape);
         masses.push_back(scalar(solid.mass_kg.value_or(volume_m3(solid))));

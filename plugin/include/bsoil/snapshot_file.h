@@ -18,6 +18,9 @@
 #pragma GCC visibility push(default)
 namespace bsoil {
 
+/// What helps where a snapshot is damaged; stands behind what is wrong with it.
+inline constexpr char kTakeAnotherCopy[] = "; take another copy of it, or an earlier one";
+
 /// Writes or reads values one after the other, so that one function lists the fields of a state for
 /// both ways. Whatever is wrong with the bytes (too few, a number that is not finite, a count they
 /// cannot hold) makes good() false and stays; what was read is then to be thrown away. Nothing is

@@ -64,10 +64,14 @@ std::vector<EGLDisplay> find_displays() {
 /// whole process, so none is ever terminated here.
 Result<EGLContext> make_context(EGLDisplay display) {
     if (!eglInitialize(display, nullptr, nullptr)) {
-        return Error{"pictures need an EGL display without a window; none could be initialized"};
+        return Error{
+            "pictures need an EGL display without a window; none could be initialized, "
+            "install a driver (Debian: libegl-mesa0)"};
     }
     if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
-        return Error{"pictures need EGL_KHR_surfaceless_context, which the driver lacks"};
+        return Error{
+            "pictures need EGL_KHR_surfaceless_context, which the driver lacks; install "
+            "another"};
     }
     const EGLint config_attributes[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
                                         EGL_NONE};
@@ -75,7 +79,9 @@ Result<EGLContext> make_context(EGLDisplay display) {
     EGLint config_count = 0;
     if (!eglChooseConfig(display, config_attributes, &config, 1, &config_count) ||
         config_count < 1) {
-        return Error{"pictures need an EGL configuration for OpenGL; the driver has none"};
+        return Error{
+            "pictures need an EGL configuration for OpenGL; the driver has none, install "
+            "another"};
     }
     const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                          3,
@@ -91,7 +97,9 @@ Result<EGLContext> make_context(EGLDisplay display) {
         eglCreateContext(display, config, EGL_NO_CONTEXT, context_attributes);
     eglBindAPI(caller_api);
     if (context == EGL_NO_CONTEXT) {
-        return Error{"pictures need OpenGL 3.3 core; the EGL driver offers no such context"};
+        return Error{
+            "pictures need OpenGL 3.3 core; the EGL driver offers no such context, install "
+            "another"};
     }
     return context;
 }
@@ -99,11 +107,17 @@ Result<EGLContext> make_context(EGLDisplay display) {
 }  // namespace
 
 Result<std::unique_ptr<GlContext>> GlContext::create() {
-    if (!epoxy_has_egl()) return Error{"pictures need EGL, which is not installed"};
-    if (!has_opengl()) {
-        return Error{"pictures need OpenGL; neither libOpenGL.so.0 nor libGL.so.1 loads"};
+    if (!epoxy_has_egl()) {
+        return Error{"pictures need EGL, which is not installed; install libegl1"};
     }
-    std::string reason = "pictures need an EGL display without a window; none could be initialized";
+    if (!has_opengl()) {
+        return Error{
+            "pictures need OpenGL; neither libOpenGL.so.0 nor libGL.so.1 loads, install "
+            "libopengl0"};
+    }
+    std::string reason =
+        "pictures need an EGL display without a window; none could be initialized, "
+        "install a driver (Debian: libegl-mesa0)";
     for (const EGLDisplay display : find_displays()) {
         const Result<EGLContext> context = make_context(display);
         if (!context) {

@@ -32,7 +32,7 @@ Status GpuVolume::fill(const VolumeData& source) {
     if (longest > side_max) {
         return Error{"a volume of " + std::to_string(longest) +
                      " voxels along a side is too large for this device, which takes " +
-                     std::to_string(side_max)};
+                     std::to_string(side_max) + "; show a part of it"};
     }
     while (glGetError() != GL_NO_ERROR) {
     }
@@ -86,7 +86,7 @@ Status GpuVolume::fill(const VolumeData& source) {
     if (glGetError() == GL_NO_ERROR) return Done{};
     *this = {};
     return Error{"the device has no memory for a volume of " + std::to_string(source.rgba.size()) +
-                 " bytes"};
+                 " bytes; show a part of it"};
 }
 
 }  // namespace bsoil::render

@@ -30,7 +30,7 @@ Status write_bytes(std::span<const char> bytes, const std::string& path) {
     std::ofstream file(path, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();
-    if (!file) return Error{path + ": cannot be written whole; is the disk full?"};
+    if (!file) return Error{path + ": cannot be written whole; look whether the disk is full"};
     return Done{};
 }
 
@@ -42,9 +42,13 @@ bool is_too_large(int width, int height, size_t pixel_bytes) {
 }
 
 Status check(const Image& image, const std::string& path) {
-    if (image.width <= 0 || image.height <= 0) return Error{"no picture to write to " + path};
+    if (image.width <= 0 || image.height <= 0) {
+        return Error{path + ": the picture must be at least a pixel wide and high"};
+    }
     if (!image.is_whole()) return Error{path + ": the picture must have four bytes a pixel"};
-    if (is_too_large(image.width, image.height, 4)) return Error{path + ": more than 2 GiB"};
+    if (is_too_large(image.width, image.height, 4)) {
+        return Error{path + ": more than 2 GiB; take fewer pixels"};
+    }
     return Done{};
 }
 
@@ -55,7 +59,7 @@ Status write_png(const Image& image, const std::string& path) {
     std::vector<char> bytes;
     if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
                                4 * image.width) == 0) {
-        return Error{"no memory for the picture " + path};
+        return Error{"no memory for the picture " + path + "; take fewer pixels"};
     }
     return write_bytes(bytes, path);
 }
@@ -63,12 +67,12 @@ Status write_png(const Image& image, const std::string& path) {
 Status write_jpeg(const Image& image, const std::string& path) {
     if (Status checked = check(image, path); !checked) return checked;
     if (std::max(image.width, image.height) > kJpegSideMost) {
-        return Error{path + ": a JPEG has up to 65535 pixels a side"};
+        return Error{path + ": a JPEG has at most 65535 pixels a side"};
     }
     std::vector<char> bytes;
     if (stbi_write_jpg_to_func(append, &bytes, image.width, image.height, 4, image.rgba.data(),
                                kJpegQuality) == 0) {
-        return Error{"no memory for the picture " + path};
+        return Error{"no memory for the picture " + path + "; take fewer pixels"};
     }
     return write_bytes(bytes, path);
 }
@@ -100,7 +104,9 @@ Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
         levels.size() != static_cast<size_t>(width) * static_cast<size_t>(height)) {
         return Error{path + ": the levels must be width x height, both above zero"};
     }
-    if (is_too_large(width, height, sizeof(uint16_t))) return Error{path + ": more than 2 GiB"};
+    if (is_too_large(width, height, sizeof(uint16_t))) {
+        return Error{path + ": more than 2 GiB; take fewer pixels"};
+    }
     std::vector<uint8_t> header;
     append_big_endian(header, static_cast<uint32_t>(width));
     append_big_endian(header, static_cast<uint32_t>(height));
@@ -118,7 +124,7 @@ Status write_grey_png(int width, int height, std::span<const uint16_t> levels,
     int packed_size = 0;
     unsigned char* packed =
         stbi_zlib_compress(rows.data(), static_cast<int>(rows.size()), &packed_size, 8);
-    if (!packed) return Error{"no memory for the picture " + path};
+    if (!packed) return Error{"no memory for the picture " + path + "; take fewer pixels"};
     std::vector<uint8_t> bytes{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     append_chunk(bytes, "IHDR", header);
     append_chunk(bytes, "IDAT", {packed, static_cast<size_t>(packed_size)});

@@ -375,7 +375,8 @@ Status Picture::draw(const View& view, GLuint framebuffer) {
     const GLenum error = glGetError();
     if (error == GL_NO_ERROR) return Done{};
     return Error{"OpenGL reports error " + std::to_string(error) + " for a picture of " +
-                 std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels"};
+                 std::to_string(view.width) + " x " + std::to_string(view.height) +
+                 " pixels; take fewer pixels, or another driver"};
 }
 
 void Picture::restore_state(const View& view, GLuint framebuffer) const {

@@ -103,7 +103,8 @@ Result<Buffers> Picture::take_buffers(const View& view) {
     const GLenum error = glGetError();
     if (error != GL_NO_ERROR) {
         return Error{"OpenGL reports error " + std::to_string(error) + " for buffers of " +
-                     std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels"};
+                     std::to_string(view.width) + " x " + std::to_string(view.height) +
+                     " pixels; take fewer pixels, or another driver"};
     }
     return out;
 }

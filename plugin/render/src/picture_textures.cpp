@@ -23,7 +23,7 @@ Status TextureData::validate() const {
     const size_t bytes = size_t{4} * static_cast<size_t>(width) * static_cast<size_t>(height);
     if (rgba.size() != bytes) {
         return Error{"TextureData::rgba has " + std::to_string(rgba.size()) +
-                     " bytes; four for each pixel are " + std::to_string(bytes)};
+                     " bytes; must be four for each pixel, " + std::to_string(bytes)};
     }
     return Done{};
 }
@@ -32,7 +32,7 @@ Status GpuTexture::fill(const TextureData& source) {
     GLint side_max = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
     if (std::max(source.width, source.height) > side_max) {
-        return Error{"TextureData: OpenGL takes textures of " + std::to_string(side_max) +
+        return Error{"TextureData: OpenGL takes textures of at most " + std::to_string(side_max) +
                      " pixels a side here"};
     }
     while (glGetError() != GL_NO_ERROR) {
@@ -50,7 +50,7 @@ Status GpuTexture::fill(const TextureData& source) {
     used = glGetError() == GL_NO_ERROR;
     if (used) return Done{};
     pixels = {};
-    return Error{"TextureData: OpenGL has no room for it"};
+    return Error{"TextureData: OpenGL has no room for it; take a smaller one"};
 }
 
 /// Meshes with textures, in runs of triangles with one texture each.

@@ -86,8 +86,9 @@ Status VolumeData::validate() const {
         bytes *= static_cast<size_t>(side);
     }
     if (rgba.size() != bytes) {
-        return Error{"VolumeData::rgba has " + std::to_string(rgba.size()) + " bytes; four for " +
-                     "each voxel of VolumeData::size are " + std::to_string(bytes)};
+        return Error{"VolumeData::rgba has " + std::to_string(rgba.size()) +
+                     " bytes; must be four for " + "each voxel of VolumeData::size, " +
+                     std::to_string(bytes)};
     }
     return Done{};
 }
@@ -131,7 +132,9 @@ struct Renderer::Impl {
 
 namespace {
 
-Error no_context() { return {"EGL cannot make its context current: another window system's is"}; }
+Error no_context() {
+    return {"EGL cannot make its context current: another window system's is; release that first"};
+}
 
 /// Where its context is not current its GL objects wait for who gets the id next.
 template <typename Kept>
@@ -154,7 +157,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererDef& def) {
         impl->context = std::move(*context);
     }
     if (def.callers_context && epoxy_gl_version() < 33) {
-        return Error{"RendererDef::callers_context: OpenGL 3.3 core has to be current"};
+        return Error{"RendererDef::callers_context: OpenGL 3.3 core must be current"};
     }
     const Impl::Use use(*impl);
     if (!use.ok()) return no_context();
@@ -227,7 +230,9 @@ Result<VolumeId> Renderer::add_volume(const VolumeData& data) {
 
 Status Renderer::set_volume(VolumeId id, const VolumeData& data) {
     auto& volumes = impl_->picture->volumes();
-    if (id.value == 0 || id.value > volumes.size()) return Error{"there is no such volume"};
+    if (id.value == 0 || id.value > volumes.size()) {
+        return Error{"there is no such volume; take an id that add_volume() gave"};
+    }
     if (const Status valid = data.validate(); !valid) return valid;
     const Impl::Use use(*impl_);
     if (!use.ok()) return no_context();
@@ -253,7 +258,7 @@ Status Renderer::draw(const View& view, uint32_t framebuffer) {
     if (impl_->context) {
         return Error{
             "Renderer::draw() is for RendererDef::callers_context: what the caller shows "
-            "is in another context"};
+            "is in another context; call render(), or make a renderer so"};
     }
     const Impl::Use use(*impl_, Impl::State::with_target);
     return impl_->picture->draw(view, framebuffer);

@@ -17,9 +17,11 @@ namespace bsoil::device {
 Error allocation_error(const KernelSet& kernel_set, BufferIndex buffer, int64_t words,
                        const std::string& reason) {
     constexpr double kWordsPerMebibyte = 1024.0 * 1024.0 / sizeof(int32_t);
-    return {fmt::format("buffer {}: cannot allocate {:.1f} MiB: {}",
-                        kernel_set.buffers[static_cast<size_t>(buffer)],
-                        static_cast<double>(words) / kWordsPerMebibyte, reason)};
+    return {
+        fmt::format("buffer {}: cannot allocate {:.1f} MiB: {}; take a smaller grid or larger "
+                    "voxels",
+                    kernel_set.buffers[static_cast<size_t>(buffer)],
+                    static_cast<double>(words) / kWordsPerMebibyte, reason)};
 }
 
 namespace {

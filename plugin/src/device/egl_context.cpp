@@ -118,16 +118,22 @@ bool is_gl_asked(std::string_view word) {
 
 Result<std::vector<EglDisplay>> find_egl_displays() {
     if (!has_library("libEGL.so.1")) {
-        return Error{"EGL is not installed (libEGL.so.1 cannot be loaded)"};
+        return Error{
+            "EGL is not installed (libEGL.so.1 cannot be loaded); install it (Debian: libegl1)"};
     }
     if (!has_library("libOpenGL.so.0") && !has_library("libGL.so.1")) {
-        return Error{"OpenGL is not installed (neither libOpenGL.so.0 nor libGL.so.1 loads)"};
+        return Error{
+            "OpenGL is not installed (neither libOpenGL.so.0 nor libGL.so.1 loads); install "
+            "it (Debian: libopengl0)"};
     }
     const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     const auto get_display =
         egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
     if (!has_extension(extensions, "EGL_EXT_platform_base") || get_display == nullptr) {
-        return Error{"no EGL driver is installed, or none offers EGL_EXT_platform_base"};
+        return Error{
+            "no EGL driver is installed, or none offers EGL_EXT_platform_base; install one, or "
+            "take "
+            "the CPU backend"};
     }
     std::vector<EglDisplay> displays;
     if (has_extension(extensions, "EGL_EXT_platform_device") &&
@@ -143,7 +149,10 @@ Result<std::vector<EglDisplay>> find_egl_displays() {
         }
     }
     if (displays.empty()) {
-        return Error{"EGL lists no device (no OpenGL driver is installed, or it is not allowed)"};
+        return Error{
+            "EGL lists no device (no OpenGL driver is installed, or it is not allowed); install "
+            "one, "
+            "or take the CPU backend"};
     }
     return displays;
 }
@@ -162,7 +171,8 @@ Result<EglContext> EglContext::create(const EglDisplay& display) {
 
 Result<EglContext> EglContext::create_beside(EGLDisplay hosts_display, EGLContext hosts_context) {
     if (!has_library("libEGL.so.1")) {
-        return Error{"EGL is not installed (libEGL.so.1 cannot be loaded)"};
+        return Error{
+            "EGL is not installed (libEGL.so.1 cannot be loaded); install it (Debian: libegl1)"};
     }
     if (hosts_display == EGL_NO_DISPLAY) hosts_display = eglGetCurrentDisplay();
     if (hosts_context == EGL_NO_CONTEXT) hosts_context = eglGetCurrentContext();
@@ -176,19 +186,22 @@ Result<EglContext> EglContext::create_beside(EGLDisplay hosts_display, EGLContex
     if (eglQueryContext(hosts_display, hosts_context, EGL_CONTEXT_CLIENT_TYPE, &client) ==
         EGL_FALSE) {
         return Error{
-            fmt::format("the host's context is none of its EGL display ({})", egl_error_name())};
+            fmt::format("the host's context is none of its EGL display ({}); give both of "
+                        "one display",
+                        egl_error_name())};
     }
     if (client != EGL_OPENGL_API) {
         return Error{
-            "the host's context is OpenGL ES; only contexts of desktop OpenGL share with the "
-            "soil's"};
+            "the host's context is OpenGL ES; make one of desktop OpenGL, others do not share with "
+            "the soil's"};
     }
     return create_in_group(display, hosts_context);
 }
 
 Result<EglContext> EglContext::create_in_group(const EglDisplay& display, EGLContext other) {
     const auto failed = [&](const std::string& what) {
-        return Error{fmt::format("{}: {} ({})", display.name, what, egl_error_name())};
+        return Error{fmt::format("{}: {} ({}); update its driver, or take the CPU backend",
+                                 display.name, what, egl_error_name())};
     };
     if (eglInitialize(display.handle, nullptr, nullptr) == EGL_FALSE) {
         return failed("cannot be initialized");
@@ -249,8 +262,8 @@ Status EglContext::read_capabilities(bool display_is_software) {
     capabilities_.is_software = display_is_software || is_software_renderer(capabilities_.renderer);
     constexpr int kVersionNeeded = 45;  // as epoxy counts
     if (!epoxy_is_desktop_gl() || epoxy_gl_version() < kVersionNeeded) {
-        return Error{fmt::format("{} offers OpenGL {}, 4.5 is needed", capabilities_.renderer,
-                                 capabilities_.version)};
+        return Error{fmt::format("{} offers OpenGL {}, at least 4.5 is needed",
+                                 capabilities_.renderer, capabilities_.version)};
     }
     if (is_gl_asked("checked")) {
         glEnable(GL_DEBUG_OUTPUT);

@@ -408,9 +408,13 @@ class GlDevice final : public Device {
     /// Notes a lost GPU and errors of earlier calls. Only where the device is waited for anyway.
     void check_errors() {
         if (const GLenum reset = glGetGraphicsResetStatus(); reset != GL_NO_ERROR) {
-            failure_ = fmt::format("{} was reset; its buffers are lost", device_name());
+            failure_ = fmt::format(
+                "{} was reset and its buffers are lost; load an earlier snapshot into a "
+                "new soil",
+                device_name());
         } else if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-            failure_ = fmt::format("{} reports {}", device_name(), gl_error_name(error));
+            failure_ = fmt::format("{} reports {}; load an earlier snapshot into a new soil",
+                                   device_name(), gl_error_name(error));
         }
     }
 
@@ -450,7 +454,7 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
     };
     for (const EglDisplay& display : *displays) {
         if (display.is_software && !allow_software) {
-            refuse(display.name + ": is a software renderer");
+            refuse(display.name + ": is a software renderer; ask for the GL backend to take it");
             continue;
         }
         auto context = EglContext::create(display);
@@ -465,13 +469,14 @@ Result<std::unique_ptr<Device>> create_gl_device(const KernelSet& kernel_set, bo
         } else if (!gl.is_software) {
             return GlDevice::create(kernel_set, std::move(*context));
         } else if (!allow_software) {
-            refuse(fmt::format("{}: is a software renderer", gl.renderer));
+            refuse(fmt::format("{}: is a software renderer; ask for the GL backend to take it",
+                               gl.renderer));
         } else if (!software) {
             software = std::move(*context);
         }
     }
     if (software) return GlDevice::create(kernel_set, std::move(*software));
-    return Error{"no usable OpenGL 4.5 device: " + refusals};
+    return Error{"no usable OpenGL 4.5 device, take the CPU backend: " + refusals};
 }
 
 Result<std::unique_ptr<Device>> create_shared_gl_device(const KernelSet& kernel_set,

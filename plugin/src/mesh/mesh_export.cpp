@@ -18,7 +18,9 @@ struct CloseFile {
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
-Error cannot_write(const std::string& path) { return {"cannot write " + path}; }
+Error cannot_write(const std::string& path) {
+    return {"cannot write " + path + "; check its folder and the disk"};
+}
 
 /// Buffered output may fail as late as at closing.
 Status close_checked(File file, const std::string& path) {
@@ -49,16 +51,19 @@ Status Mesh::validate() const {
         {"positions", positions.size()}, {"normals", normals.size()}, {"colors", colors.size()}};
     for (const auto& [name, size] : lists) {
         if (size == 3 * vertex_count()) continue;
-        return Error{fmt::format("Mesh::{} has {} numbers; three for each of {} vertices are {}",
-                                 name, size, vertex_count(), 3 * vertex_count())};
+        return Error{
+            fmt::format("Mesh::{} has {} numbers, must have three for each of {} vertices: {}",
+                        name, size, vertex_count(), 3 * vertex_count())};
     }
     if (indices.size() % 3 != 0) {
-        return Error{fmt::format("Mesh::indices has {}, which are no triangles", indices.size())};
+        return Error{
+            fmt::format("Mesh::indices has {}, must be three for each triangle", indices.size())};
     }
     if (indices.empty()) return Done{};
     const uint32_t most = *std::max_element(indices.begin(), indices.end());
     if (most < vertex_count()) return Done{};
-    return Error{fmt::format("Mesh::indices has {}, there are {} vertices", most, vertex_count())};
+    return Error{
+        fmt::format("Mesh::indices has {}, must be below {}, the vertices", most, vertex_count())};
 }
 
 void Mesh::clear() {

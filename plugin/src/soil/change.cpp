@@ -38,7 +38,7 @@ Status check_change(const Def& from, const Def& to, const std::string& of = {}) 
         const bool may_differ = now[i].use == FieldUse::live || now[i].use == FieldUse::pace;
         if (may_differ || now[i].value == wanted[i].value) continue;
         return Error{
-            fmt::format("{}{} is {:.9g}, this soil has {:.9g}, which cannot change while it runs: "
+            fmt::format("{}{} is {:.9g}, this soil has {:.9g}, which cannot change while it runs; "
                         "create another soil",
                         wanted[i].name, of, wanted[i].value, now[i].value)};
     }
@@ -49,11 +49,14 @@ Status check_change(const SoilCore& s, const SoilDef& to) {
     if (Status status = to.validate(); !status) return status;
     if (Status status = check_change(s.def, to); !status) return status;
     if (!(to.contact_law == s.def.contact_law)) {
-        return Error{"contact_law differs from this soil's, which cannot change while it runs"};
+        return Error{
+            "contact_law differs from this soil's, which cannot change while it runs; create "
+            "another "
+            "soil"};
     }
     const std::vector<MaterialDef> materials = to.material_list();
     if (!std::ranges::equal(materials, s.materials, {}, &MaterialDef::name, &MaterialDef::name)) {
-        return Error{"the materials' names are not this soil's, in their order"};
+        return Error{"the materials' names must be this soil's, in their order"};
     }
     for (size_t i = 0; i < materials.size(); ++i) {
         const std::string of = fmt::format(" of material '{}'", materials[i].name);

@@ -149,17 +149,17 @@ void ConditionLog::clear() {
 
 Status ConditionLog::check(std::span<const Condition> list, int64_t step) {
     if (list.size() > static_cast<size_t>(limits::kConditionCapacity + kBitCount)) {
-        return Error{fmt::format("has {} conditions, more than {}", list.size(),
+        return Error{fmt::format("has {} conditions, must have at most {}", list.size(),
                                  limits::kConditionCapacity + kBitCount)};
     }
     for (const Condition& c : list) {
         if (*text_of(c.bit) == '\0') {
-            return Error{
-                fmt::format("status bit {} of a condition is none", static_cast<uint32_t>(c.bit))};
+            return Error{fmt::format("status bit {} of a condition must be one that there is",
+                                     static_cast<uint32_t>(c.bit))};
         }
         if (c.body < -1 || c.first_step < 0 || c.first_step > c.last_step || c.last_step > step ||
             c.step_count < 1 || c.first_time_s < 0) {
-            return Error{fmt::format("a condition of body {} in steps {} to {} of {} cannot be",
+            return Error{fmt::format("a condition of body {} in steps {} to {} must lie within {}",
                                      c.body, c.first_step, c.last_step, step)};
         }
     }

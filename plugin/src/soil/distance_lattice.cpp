@@ -38,7 +38,7 @@ Status validate(const LatticeDef& def) {
     }
     const Aabb& r = def.region;
     if (!(r.min.x <= r.max.x && r.min.y <= r.max.y && r.min.z <= r.max.z)) {
-        return Error{"region is empty or not a number"};
+        return Error{"region must have a size, and be finite"};
     }
     return Done{};
 }
@@ -124,7 +124,7 @@ DistanceLattice::LatticeResult DistanceLattice::from_distance(
     if (const Status valid = lattice::validate(def); !valid) return Error{valid.error()};
     if (!is_finite(bounds.min) || !is_finite(bounds.max) || bounds.min.x > bounds.max.x ||
         bounds.min.y > bounds.max.y || bounds.min.z > bounds.max.z) {
-        return Error{"bounds are empty or not finite"};
+        return Error{"bounds must have a size, and be finite"};
     }
     auto data = std::make_unique<Data>();
     data->def = def;

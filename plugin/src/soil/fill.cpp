@@ -104,7 +104,9 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
     int first[2], last[2];
     for (int axis = 0; axis < 3; ++axis) {
         const int from = std::max(0, low[axis]), to = std::min(frame.size[axis] - 1, high[axis]);
-        if (from > to) return Error{"the fill lies outside of the grid"};
+        if (from > to) {
+            return Error{"the fill lies outside of the grid; move it, or enlarge size_m"};
+        }
         if (axis < 2) {
             first[axis] = from;
             last[axis] = to;
@@ -139,7 +141,8 @@ Status Soil::Impl::fill_with(const std::string& material, const int low[3], cons
     }
     if (added == 0) {
         return Error{
-            "the fill holds no soil: it lies outside of the grid, or all its room is taken"};
+            "the fill holds no soil: it lies outside of the grid, or all its room is taken; move "
+            "it"};
     }
     return Done{};
 }
@@ -242,7 +245,7 @@ Status Soil::fill(const BoxFill& fill) {
 Status Soil::fill(const CylinderFill& fill) {
     Impl& s = *impl_;
     if (!is_finite(fill.base_center_m)) {
-        return Error{"fill.base_center_m has a NaN or infinite coordinate"};
+        return Error{"fill.base_center_m must be finite"};
     }
     for (const Status& status : {check_range("fill.radius_m", fill.radius_m, 1e-6, 1e6),
                                  check_range("fill.height_m", fill.height_m, 1e-6, 1e6)}) {
@@ -299,13 +302,13 @@ Status Soil::fill(const HeightMapFill& fill) {
     }
     if (fill.heights_m.size() !=
         static_cast<size_t>(fill.width) * static_cast<size_t>(fill.height)) {
-        return Error{fmt::format("fill.heights_m has {} values, width x height is {}",
+        return Error{fmt::format("fill.heights_m has {} values, must have width x height, {}",
                                  fill.heights_m.size(),
                                  static_cast<int64_t>(fill.width) * fill.height)};
     }
     if (!std::all_of(fill.heights_m.begin(), fill.heights_m.end(),
                      [](float h) { return std::isfinite(h); })) {
-        return Error{"fill.heights_m has a NaN or infinite value"};
+        return Error{"fill.heights_m must be finite everywhere"};
     }
     // Image column runs with the first horizontal world axis, image row with the second, whatever
     // the grid's own axes.
@@ -351,7 +354,7 @@ Status Soil::fill(const NoiseFill& fill) {
 
 Status Soil::fill(const FunctionFill& fill) {
     Impl& s = *impl_;
-    if (!fill.density) return Error{"fill.density is empty"};
+    if (!fill.density) return Error{"fill.density is empty; give it a function"};
     if (Status small = s.check_density_grid(); !small) return small;
     const int first[3] = {0, 0, 0};
     const int last[3] = {s.frame.size[0] - 1, s.frame.size[1] - 1, s.height - 1};
@@ -369,7 +372,7 @@ Status Soil::fill(const FunctionFill& fill) {
 
 Status Soil::add_terrain(const DensityFunction& density) {
     Impl& s = *impl_;
-    if (!density) return Error{"terrain.density is empty"};
+    if (!density) return Error{"terrain.density is empty; give it a function"};
     if (Status small = s.check_density_grid(); !small) return small;
     return s.terrain_with(
         [&](int x, int y, int z) {

@@ -138,13 +138,13 @@ Status SinkDef::validate() const {
             "zero"};
     }
     if (!is_rigid(pose) || bsoil::length(pose.position) > limits::kPlaceMostM) {
-        return Error{fmt::format(
-            "sink.pose has a number that is not finite, or beyond {:g} m, or is no rotation",
-            limits::kPlaceMostM)};
+        return Error{fmt::format("sink.pose must be finite, within {:g} m, and a rotation",
+                                 limits::kPlaceMostM)};
     }
     if (rate_kg_s > 0 && water_kg_s != 0) {
         return Error{fmt::format(
-            "sink.rate_kg_s is {} and sink.water_kg_s is {}: a sink takes soil or moves water",
+            "sink.rate_kg_s is {} and sink.water_kg_s is {}: a sink takes soil or moves water; "
+            "one of them must be 0",
             rate_kg_s, water_kg_s)};
     }
     for (const Status& status : {check_range("sink.rate_kg_s", rate_kg_s, 0, 1e9),
@@ -192,8 +192,10 @@ Result<FlowRegion> Flows::find_region(const ConvexShape& shape, const Pose& pose
                 builder.add(x, y, low, high);
             }
             if (region.parts.size() > kRegionTilesMost) {
-                return Error{fmt::format("its region lies in more than {} tiles of 8 x 8 columns",
-                                         kRegionTilesMost)};
+                return Error{
+                    fmt::format("its region lies in more than {} tiles of 8 x 8 columns; make "
+                                "several of it",
+                                kRegionTilesMost)};
             }
         }
     }
@@ -237,11 +239,12 @@ Status Flows::place(Flow& flow) const {
     }
     const bool is_well = flow.kind == FlowKind::well;
     if (!is_source && is_well != (flow.sink.water_kg_s != 0)) {
-        return Error{"a well moves water, another sink none"};
+        return Error{"a well moves water, another sink none; remove it and add the other kind"};
     }
     if (is_well && core_.params.water_count == 0) {
         return Error{fmt::format(
-            "sink.water_kg_s is {}, but pore_water_fraction is 0 in all materials of this soil",
+            "sink.water_kg_s is {}, but pore_water_fraction is 0 in all materials of this soil; "
+            "give one of them some",
             flow.sink.water_kg_s)};
     }
     const char* what = is_source ? "source" : "sink";
@@ -249,7 +252,10 @@ Status Flows::place(Flow& flow) const {
         is_source ? find_source_region(flow.source) : find_region(flow.sink.region, flow.sink.pose);
     if (!region) return Error{fmt::format("{}: {}", what, region.error())};
     if (region->voxel_count == 0) {
-        return Error{fmt::format("{}: no voxel of the grid has its centre in the region", what)};
+        return Error{
+            fmt::format("{}: no voxel of the grid has its centre in the region; move it, "
+                        "or make it larger",
+                        what)};
     }
     flow.region = std::move(*region);
     std::ranges::fill(flow.words, 0);
@@ -264,7 +270,8 @@ Status Flows::place(Flow& flow) const {
     const auto named = std::ranges::find_if(
         core_.materials, [&](const MaterialDef& m) { return m.name == source.material; });
     if (named == core_.materials.end() && !source.material.empty()) {
-        return Error{fmt::format("source.material '{}' is not in this soil", source.material)};
+        return Error{fmt::format("source.material '{}' is not in this soil; name one of its own",
+                                 source.material)};
     }
     flow.material = source.material.empty() ? 0 : static_cast<int>(named - core_.materials.begin());
     const MaterialDef& soil = core_.materials[static_cast<size_t>(flow.material)];
@@ -289,7 +296,7 @@ Status Flows::place(Flow& flow) const {
     if (flow.units_per_s * core_.kg_per_unit * core_.def.step_s > room_kg) {
         return Error{fmt::format(
             "source: its rate of {:g} kg/s is more than {:g} kg/s, which fill its region in every "
-            "step: enlarge it, or pour faster",
+            "step; enlarge it, or pour faster",
             flow.units_per_s * core_.kg_per_unit, room_kg / core_.def.step_s)};
     }
     const auto count = static_cast<int>(flow.region.voxel_count);

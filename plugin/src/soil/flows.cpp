@@ -91,7 +91,8 @@ Flow* Flows::find(int id) {
 Result<int> Flows::add(Flow flow) {
     if (all_.size() >= kFlowCapacity) {
         return Error{fmt::format(
-            "there are {} sources, sinks and open sides, more are not possible", kFlowCapacity)};
+            "there are {} sources, sinks and open sides, more are not possible; remove one",
+            kFlowCapacity)};
     }
     if (Status placed = place(flow); !placed) return Error{placed.error()};
     flow.id = next_id_++;
@@ -115,7 +116,10 @@ Status Flows::change(Flow& flow, Flow to) {
 
 Status Flows::remove(int id) {
     const Flow* flow = find(id);
-    if (!flow) return Error{fmt::format("there is no source or sink {}", id)};
+    if (!flow) {
+        return Error{fmt::format(
+            "there is no source or sink {}; take an id that add_source() or add_sink() gave", id)};
+    }
     all_.erase(all_.begin() + (flow - all_.data()));
     is_placed_ = false;
     return Done{};
@@ -410,7 +414,7 @@ Status Soil::move_source(int id, Vec3 center_m, Vec3 direction) {
     impl_->finish();
     Flow* flow = impl_->flows.find(id);
     if (!flow || flow->kind != FlowKind::source) {
-        return Error{fmt::format("there is no source {}", id)};
+        return Error{fmt::format("there is no source {}; take an id that add_source() gave", id)};
     }
     Flow moved = *flow;
     moved.source.center_m = center_m;
@@ -422,7 +426,7 @@ Status Soil::move_sink(int id, const Pose& pose) {
     impl_->finish();
     Flow* flow = impl_->flows.find(id);
     if (!flow || flow->kind == FlowKind::source) {
-        return Error{fmt::format("there is no sink {}", id)};
+        return Error{fmt::format("there is no sink {}; take an id that add_sink() gave", id)};
     }
     Flow moved = *flow;
     moved.sink.pose = pose;
@@ -444,7 +448,10 @@ double Soil::moved_kg(FlowWay way) const {
 
 Result<FlowState> Soil::flow_state(int id) const {
     const Flow* flow = impl_->flows.find(id);
-    if (!flow) return Error{fmt::format("there is no source or sink {}", id)};
+    if (!flow) {
+        return Error{fmt::format(
+            "there is no source or sink {}; take an id that add_source() or add_sink() gave", id)};
+    }
     const double kg =
         flow->kind == FlowKind::well ? impl_->kg_per_unit / kWaterParts : impl_->kg_per_unit;
     return FlowState{flow->units, flow->missed_units, static_cast<double>(flow->units) * kg,

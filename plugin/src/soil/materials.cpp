@@ -9,7 +9,7 @@
 namespace bsoil {
 
 Status MaterialDef::validate() const {
-    if (name.empty()) return Error{"material name is empty: give it one"};
+    if (name.empty()) return Error{"material name is empty; give it one"};
     const std::string where = "material '" + name + "': ";
     if (Status status = check_numbers(*this, where); !status) return status;
     if (loose_density_kg_m3 == 0 && compacted_density_kg_m3 == 0) {
@@ -18,7 +18,7 @@ Status MaterialDef::validate() const {
               {"dilatancy_angle_rad", dilatancy_angle_rad}}) {
             if (value == 0) continue;
             return Error{where + field + " is " + std::to_string(value) +
-                         ", but its density does not change: give loose_density_kg_m3 and "
+                         ", but its density does not change; give loose_density_kg_m3 and "
                          "compacted_density_kg_m3"};
         }
         return Done{};

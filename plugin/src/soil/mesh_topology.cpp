@@ -357,8 +357,9 @@ Result<MeshTopology> mesh_topology(const TriangleMesh& mesh) {
         out.faces.push_back(face);
     }
     if (!has_area) {
-        return Error{"mesh of " + std::to_string(mesh.triangles.size()) +
-                     " triangles has no area; its corners coincide or lie in lines"};
+        return Error{
+            "mesh of " + std::to_string(mesh.triangles.size()) +
+            " triangles has no area; its corners coincide or lie in lines, move them apart"};
     }
     find_parts(out);
     find_closed(out);

@@ -155,7 +155,7 @@ Result<std::vector<int64_t>> Soil::take_out(const ConvexShape& shape, const Pose
     if (!is_valid_shape(shape)) {
         return Error{"take_out: the region's sizes must be finite and above zero"};
     }
-    if (!is_rigid(pose)) return Error{"take_out: the region's pose is not finite, or no rotation"};
+    if (!is_rigid(pose)) return Error{"take_out: the region's pose must be finite, and a rotation"};
     const Region region(shape, pose, s.world_to_grid, s.frame);
     s.finish();
     std::vector<int64_t> units(s.materials.size());

@@ -183,12 +183,12 @@ std::vector<uint8_t> Soil::state() const {
 
 Result<std::function<void()>> Soil::prepare(std::span<const uint8_t> state) {
     if (const std::string failure = impl_->device->failure(); !failure.empty()) {
-        return Error{"cannot be put into a soil that is lost: " + failure};
+        return Error{"cannot be put into a soil that is lost, create another: " + failure};
     }
     auto saved = std::make_shared<SavedSoil>();
     StateStream stream(state);
     saved->list(stream);
-    if (!stream.at_end()) return Error{"is damaged"};
+    if (!stream.at_end()) return Error{std::string("is damaged") + kTakeAnotherCopy};
     if (const Status sound = SoilSnapshot(*impl_).check(*saved); !sound) {
         return Error{sound.error()};
     }
@@ -200,10 +200,11 @@ Result<std::vector<uint8_t>> Soil::checked_state() const {
     SoilSnapshot snapshot(*impl_);
     SavedSoil saved = snapshot.take();
     if (const std::string failure = impl_->device->failure(); !failure.empty()) {
-        return Error{"the soil cannot be saved, it is lost: " + failure};
+        return Error{"the soil cannot be saved, it is lost; go on from an earlier snapshot: " +
+                     failure};
     }
     if (impl_->conditions.was_met(StatusBit::amount_headroom)) {
-        if (const Status sound = snapshot.check(saved); !sound) {
+        if (const Status sound = snapshot.check_state(saved); !sound) {
             return Error{"the soil cannot be saved: it " + sound.error() +
                          " (amount_headroom); let what is pressed come out first"};
         }
@@ -224,7 +225,10 @@ Status Soil::load(const std::string& path) {
     const auto sections = read_snapshot_file(path);
     if (!sections) return Error{sections.error()};
     const std::vector<uint8_t>* bytes = find_section(*sections, kSection);
-    if (!bytes) return Error{fmt::format("snapshot '{}': holds no soil", path)};
+    if (!bytes) {
+        return Error{
+            fmt::format("snapshot '{}': holds no soil; load a file that Soil::save() wrote", path)};
+    }
     const auto put = prepare(*bytes);
     if (!put) return Error{fmt::format("snapshot '{}': {}", path, put.error())};
     (*put)();

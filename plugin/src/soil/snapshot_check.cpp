@@ -53,8 +53,10 @@ Status compare_meaning(const std::vector<NamedValue>& saved, const SoilDef& def,
         found += same != saved.end();
         const double value = same == saved.end() ? fallbacks[i].value : same->value;
         if (value != here[i].value) {
-            return Error{fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}",
-                                     here[i].name, value, here[i].name, here[i].value)};
+            return Error{
+                fmt::format("is of a soil with {} {:.9g}, this one has {} {:.9g}; "
+                            "create it as that was",
+                            here[i].name, value, here[i].name, here[i].value)};
         }
     }
     if (found == saved.size()) return Done{};
@@ -62,9 +64,11 @@ Status compare_meaning(const std::vector<NamedValue>& saved, const SoilDef& def,
         return std::none_of(here.begin(), here.end(),
                             [&](const NamedValue& known) { return known.name == v.name; });
     });
-    if (unknown == saved.end()) return Error{"is damaged"};
-    return Error{fmt::format("is of a soil with {} {:.9g}, which this version does not know",
-                             unknown->name, unknown->value)};
+    if (unknown == saved.end()) return Error{std::string("is damaged") + kTakeAnotherCopy};
+    return Error{
+        fmt::format("is of a soil with {} {:.9g}, which this version does not know; "
+                    "load it with the one that wrote it",
+                    unknown->name, unknown->value)};
 }
 
 }  // namespace
@@ -92,13 +96,15 @@ std::vector<NamedValue> meaning_of(const SoilDef& def, const std::vector<Materia
 
 Status SoilSnapshot::check(const SavedSoil& saved) const {
     if (Status same = check_meaning(saved); !same) return same;
-    if (Status sound = check_state(saved); !sound) return sound;
+    if (Status sound = check_state(saved); !sound) {
+        return Error{sound.error() + kTakeAnotherCopy};
+    }
     const auto awake = std::count_if(saved.tiles.begin(), saved.tiles.end(),
                                      [](const SavedTile& tile) { return tile.awake; });
     if (awake > s_.tiles.slot_count() && !s_.tiles.grow_slots(static_cast<int>(awake))) {
-        return Error{
-            fmt::format("has {} awake tiles, tile_capacity or memory allows fewer ({} now)", awake,
-                        s_.tiles.slot_count())};
+        return Error{fmt::format(
+            "has {} awake tiles, tile_capacity or memory allows fewer ({} now); raise it", awake,
+            s_.tiles.slot_count())};
     }
     return Done{};
 }
@@ -107,7 +113,7 @@ Status SoilSnapshot::check_meaning(const SavedSoil& saved) const {
     std::vector<std::string> names;
     for (const MaterialDef& material : s_.materials) names.push_back(material.name);
     if (saved.materials != names) {
-        return Error{fmt::format("is of a soil of {}, this one is of {}",
+        return Error{fmt::format("is of a soil of {}, this one is of {}; create it as that was",
                                  fmt::join(saved.materials, ", "), fmt::join(names, ", "))};
     }
     return compare_meaning(saved.meaning, s_.def, s_.materials);

@@ -75,7 +75,7 @@ Status check_sections(const std::string& path, std::span<const SnapshotSection> 
                                              name, kNameBytes));
         }
         if (find_section(sections, name) != &section.bytes) {
-            return refusal(path, fmt::format("has two sections named '{}'", name));
+            return refusal(path, fmt::format("has two sections named '{}'; rename one", name));
         }
     }
     return Done{};
@@ -117,7 +117,7 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     }
     if (content_bytes > kContentFree + kContentPerByte * frame_bytes) {
         return refusal(path, fmt::format("its {} bytes shrink by more than {} times: they could "
-                                         "not be told from damaged ones",
+                                         "not be told from damaged ones; save less beside the soil",
                                          content_bytes, kContentPerByte));
     }
     uint64_t hash = hash_of(head.bytes());
@@ -138,7 +138,9 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
     if (!good || std::rename(part.c_str(), path.c_str()) != 0) {
         const int why = errno;
         std::remove(part.c_str());
-        return Error{fmt::format("snapshot '{}' cannot be written: {}", path, std::strerror(why))};
+        return Error{
+            fmt::format("snapshot '{}' cannot be written: {}; check its folder and the disk", path,
+                        std::strerror(why))};
     }
     return Done{};
 }
@@ -146,7 +148,8 @@ Status write_snapshot_file(const std::string& path, std::span<const SnapshotSect
 Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path) {
     const File file{std::fopen(path.c_str(), "rb")};
     if (!file) {
-        return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
+        return Error{fmt::format("snapshot '{}' cannot be read: {}; check its name", path,
+                                 std::strerror(errno))};
     }
     std::vector<uint8_t> raw;
     uint8_t chunk[65536];
@@ -158,17 +161,22 @@ Result<std::vector<SnapshotSection>> read_snapshot_file(const std::string& path)
         if (!is_snapshot()) break;  // it may be large
     }
     if (std::ferror(file.get()) != 0) {
-        return Error{fmt::format("snapshot '{}' cannot be read: {}", path, std::strerror(errno))};
+        return Error{fmt::format("snapshot '{}' cannot be read: {}; check its name", path,
+                                 std::strerror(errno))};
     }
 
-    const Error damaged = refusal(path, "is damaged or cut short");
-    if (!is_snapshot()) return refusal(path, "is not a BulletSoil snapshot");
+    const Error damaged = refusal(path, std::string("is damaged or cut short") + kTakeAnotherCopy);
+    if (!is_snapshot()) {
+        return refusal(path, "is not a BulletSoil snapshot; take a file that save() wrote");
+    }
     const std::span<const uint8_t> all(raw);
     StateStream head(all.subspan(sizeof(kMagic)));
     uint32_t version = 0, count = 0;
     head(version, count);
     if (version != kVersion) {
-        return refusal(path, fmt::format("has version {}, this build reads {}", version, kVersion));
+        return refusal(path, fmt::format("has version {}, this build reads {}; load it with the "
+                                         "build that wrote it",
+                                         version, kVersion));
     }
     if (count == 0 || count > kSectionsMost) return damaged;
     std::vector<Entry> entries(count);

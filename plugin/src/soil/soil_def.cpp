@@ -52,7 +52,7 @@ Status SoilDef::validate() const {
     for (const MaterialDef& entry : list) {
         if (Status status = entry.validate(); !status) return status;
         if (!names.insert(entry.name).second) {
-            return Error{"materials has two entries named '" + entry.name + "'"};
+            return Error{"materials has two entries named '" + entry.name + "'; rename one"};
         }
     }
     return Done{};

@@ -134,11 +134,12 @@ class SoilSnapshot {
 
     SavedSoil take() const;
     Status check(const SavedSoil& saved) const;
+    /// Of that, whether it is sound; the text does not say what to do.
+    Status check_state(const SavedSoil& saved) const;
     void put(const SavedSoil& saved);
 
   private:
     Status check_meaning(const SavedSoil& saved) const;
-    Status check_state(const SavedSoil& saved) const;
     Status check_bodies(const SavedSoil& saved) const;
     Status check_flows(const SavedSoil& saved) const;
     Status check_soil(const SavedTile& tile, const TileVoxels& kept) const;

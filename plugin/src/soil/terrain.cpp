@@ -220,7 +220,7 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
                 if (units + voxels.at(kKeptVolume, z, c) + below > kVoxelFull) {
                     const Vec3 at = frame.to_world({x + 0.5, y + 0.5, z + 0.5});
                     return Error{
-                        fmt::format("terrain would bury soil at ({:.3g}, {:.3g}, {:.3g}) m: add "
+                        fmt::format("terrain would bury soil at ({:.3g}, {:.3g}, {:.3g}) m; add "
                                     "terrain before soil",
                                     at.x, at.y, at.z)};
                 }
@@ -230,7 +230,9 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
         }
         if (any) changed.emplace_back(index, make_packed(voxels));
     }
-    if (changed.empty()) return Error{"the terrain lies outside of the grid"};
+    if (changed.empty()) {
+        return Error{"the terrain lies outside of the grid; move it, or enlarge size_m"};
+    }
     for (const auto& [index, packed] : changed) {
         tiles.write_packed(index, packed);
         tiles.read_ground(index, of_ground);
@@ -242,14 +244,15 @@ Status Soil::Impl::terrain_with(const VoxelFraction& fraction, int z_end) {
 
 Status Soil::add_terrain(const TriangleMesh& mesh) {
     Impl& s = *impl_;
-    if (mesh.triangles.empty()) return Error{"terrain.mesh has no triangles"};
+    if (mesh.triangles.empty()) return Error{"terrain.mesh has no triangles; fill it first"};
     const int vertex_count = static_cast<int>(mesh.vertices.size());
     std::vector<Vec3> points;
     for (Vec3 vertex : mesh.vertices) {
-        if (!is_finite(vertex)) return Error{"terrain.mesh has a NaN or infinite vertex"};
+        if (!is_finite(vertex)) return Error{"terrain.mesh must be finite at each vertex"};
         points.push_back(s.to_grid(vertex));
         if (!is_finite(points.back())) {
-            return Error{"terrain.mesh has a vertex too far away to be computed with"};
+            return Error{
+                "terrain.mesh has a vertex too far away to be computed with; cut it to the grid"};
         }
     }
     std::map<std::pair<int, int>, int> edges;
@@ -257,8 +260,8 @@ Status Soil::add_terrain(const TriangleMesh& mesh) {
         for (int i = 0; i < 3; ++i) {
             const int a = triangle[i], b = triangle[(i + 1) % 3];
             if (a < 0 || b < 0 || a >= vertex_count || b >= vertex_count) {
-                return Error{fmt::format("terrain.mesh names vertex {}, it has {}", std::max(a, b),
-                                         vertex_count)};
+                return Error{fmt::format("terrain.mesh names vertex {}, must be below {}",
+                                         std::max(a, b), vertex_count)};
             }
             edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
         }
@@ -266,7 +269,8 @@ Status Soil::add_terrain(const TriangleMesh& mesh) {
     for (const auto& [edge, balance] : edges) {
         if (balance != 0) {
             return Error{fmt::format(
-                "terrain.mesh is not closed: edge {}-{} does not have a triangle on each side",
+                "terrain.mesh is not closed: edge {}-{} does not have a triangle on each side; "
+                "close it",
                 edge.first, edge.second)};
         }
     }

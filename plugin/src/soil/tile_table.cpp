@@ -180,7 +180,9 @@ int64_t TileTable::memory_bytes() const {
 
 Status TileTable::grow_slots(int wanted) {
     const int count = std::min(slot_capacity_, std::max(wanted, 2 * slot_count_));
-    if (wanted > slot_capacity_ || count <= slot_count_) return Error{"the tile table is full"};
+    if (wanted > slot_capacity_ || count <= slot_count_) {
+        return Error{"the tile table is full; raise tile_capacity"};
+    }
     return allocate_slots(count);
 }
 
