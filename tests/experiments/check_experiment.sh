@@ -19,6 +19,10 @@ expect_exit() {
     cat output.txt
     [[ $code == "$expected" ]] || fail "exit code $code, not $expected, of: $*"
 }
+little_memory() (
+    ulimit -v 200000
+    "$@"
+)
 expect_text() { grep -qF -- "$1" output.txt || fail "the output lacks: $1"; }
 
 cat >plate.toml <<'END'
@@ -126,6 +130,18 @@ END
         export BULLETSOIL_DATA=$folder/nowhere
         expect_exit 77 "$bsoil" validate --experiments own
         expect_text 'plates.csv is not there'
+        # A point that cannot be run costs its own experiment alone, and the page nothing.
+        export BULLETSOIL_DATA=$folder
+        sed 's/^size_m = .*/size_m = [150, 150, 0.2]/' own/plate.toml >own/stuck.toml
+        printf '<!-- bsoil validate: stuck -->\n<!-- end -->\n' >>page.md
+        cp page.md first.md
+        little_memory "$bsoil" --version >/dev/null 2>&1 || exit 0 # needs more from its start
+        expect_exit 2 little_memory "$bsoil" validate --experiments own --threads 1 --out rest --document page.md
+        expect_text 'stuck.toml: point 0: '
+        expect_text 'page.md: stays as it was'
+        expect_text 'FAIL it bears'
+        cmp page.md first.md || fail 'a run that lacks an experiment changes the page'
+        [[ -s rest/plate.csv && ! -e rest/stuck.csv ]] || fail 'files of a run that lacks an experiment'
         ;;
     keys)
         "$bsoil" experiment-keys --markdown | diff - "$experiments/README.md" ||

@@ -64,8 +64,8 @@ Result<std::vector<experiment::Experiment>> load_all(const ValidateArguments& ar
 }
 
 /// Runs the points of all experiments at once, so that no core waits for the end of one of them.
-/// The error names the experiment of a point that could not be run.
-Result<std::vector<std::vector<experiment::PointRun>>> run_all(
+/// Of each experiment its runs, or the error of the first of its points that could not be run.
+std::vector<Result<std::vector<experiment::PointRun>>> run_all(
     const std::vector<experiment::Experiment>& experiments, int thread_count) {
     struct Origin {
         size_t experiment, point;
@@ -86,15 +86,21 @@ Result<std::vector<std::vector<experiment::PointRun>>> run_all(
                    origins[i].point, run.wall_s);
     };
     std::vector<experiment::PointRun> runs = experiment::run_points(setups, thread_count, progress);
-    std::vector<std::vector<experiment::PointRun>> of_experiments(experiments.size());
+    std::vector<Result<std::vector<experiment::PointRun>>> of_experiments(
+        experiments.size(), std::vector<experiment::PointRun>{});
     for (size_t i = 0; i < runs.size(); ++i) {
         const std::string where = fmt::format(
             "{}: point {}: ", experiments[origins[i].experiment].path, origins[i].point);
-        if (!runs[i].error.empty()) return Error{where + runs[i].error};
         for (const std::string& status : runs[i].output.status) {
             fmt::print(stderr, "{}{}\n", where, status);
         }
-        of_experiments[origins[i].experiment].push_back(std::move(runs[i]));
+        auto& of_experiment = of_experiments[origins[i].experiment];
+        if (!of_experiment) continue;
+        if (!runs[i].error.empty()) {
+            of_experiment = Error{where + runs[i].error};
+        } else {
+            of_experiment->push_back(std::move(runs[i]));
+        }
     }
     return of_experiments;
 }
@@ -159,17 +165,31 @@ int run(const ValidateArguments& arguments) {
         fmt::print("there is no measured data: nothing to validate\n");
         return kSkipped;
     }
+    if (!arguments.document.empty()) {
+        if (const auto page = read_page(arguments.document); !page) {
+            return could_not(page.error() + "; its prose is written by hand, name the page");
+        }
+    }
     const auto runs = run_all(*loaded, arguments.thread_count);
-    if (!runs) return could_not(runs.error());
 
     int exit_code = kPassed;
+    bool is_whole = true;
     std::vector<experiment::Comparison> comparisons;
     for (size_t e = 0; e < loaded->size(); ++e) {
         const experiment::Experiment& experiment = (*loaded)[e];
+        if (!runs[e]) {
+            could_not(runs[e].error());
+            is_whole = false;
+            continue;
+        }
         auto comparison =
-            experiment::compare(experiment, experiment::result_table(experiment, (*runs)[e]));
-        if (!comparison) return could_not(comparison.error());
-        std::ranges::move(experiment::verdicts_on((*runs)[e]),
+            experiment::compare(experiment, experiment::result_table(experiment, *runs[e]));
+        if (!comparison) {
+            could_not(comparison.error());
+            is_whole = false;
+            continue;
+        }
+        std::ranges::move(experiment::verdicts_on(*runs[e]),
                           std::back_inserter(comparison->verdicts));
         fmt::print("{}", experiment::comparison_text(*comparison));
         if (!comparison->holds()) exit_code = kFailed;
@@ -187,6 +207,11 @@ int run(const ValidateArguments& arguments) {
             }
             if (!written) return could_not(written.error());
         }
+    }
+    if (!is_whole) {
+        if (arguments.document.empty()) return kCouldNotRun;
+        return could_not(arguments.document +
+                         ": stays as it was; change the experiment that is missing and run again");
     }
     if (!arguments.document.empty()) {
         const Status written = write_document(arguments.document, comparisons);

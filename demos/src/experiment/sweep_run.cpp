@@ -7,6 +7,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <new>
 #include <thread>
 
 #include "measured_data.h"
@@ -16,6 +17,24 @@ namespace {
 
 /// How often progress is shown.
 constexpr std::chrono::milliseconds kProgressInterval{200};
+
+/// Of a point that needs more memory than there is an error: the others may need less.
+PointRun run_point(const RigSetup& setup, std::atomic<double>& done) {
+    PointRun run;
+    try {
+        auto output = run_rig(setup, [&](double fraction) {
+            done.store(std::clamp(fraction, 0.0, 1.0), std::memory_order_relaxed);
+        });
+        if (output) {
+            run.output = std::move(*output);
+        } else {
+            run.error = output.error();
+        }
+    } catch (const std::bad_alloc&) {
+        run.error = "the memory of this machine is full; lower `size_m`, or give fewer --threads";
+    }
+    return run;
+}
 
 }  // namespace
 
@@ -32,14 +51,7 @@ std::vector<PointRun> run_points(const std::vector<const RigSetup*>& setups, int
     const auto work = [&] {
         for (size_t i = next++; i < point_count; i = next++) {
             const auto start = std::chrono::steady_clock::now();
-            auto output = run_rig(*setups[i], [&, i](double fraction) {
-                fractions[i].store(std::clamp(fraction, 0.0, 1.0), std::memory_order_relaxed);
-            });
-            if (output) {
-                runs[i].output = std::move(*output);
-            } else {
-                runs[i].error = output.error();
-            }
+            runs[i] = run_point(*setups[i], fractions[i]);
             runs[i].wall_s =
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             fractions[i] = 1;
