@@ -162,7 +162,7 @@ ivec2 gripped(ivec2 missing, int grip) {
 Motion go_with_body(int slot, ivec3 at, int voxel, int body, ivec3 velocity) {
     ivec3 goal = body_velocity_at(body, grid_voxel(slot, at.x, at.y, at.z));
     int friction = shapes[body * kBodyWords + kBodyFriction];
-    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction * (kOneQ16 / kVelocityOne);
+    int hold = friction == kFrictionOfSoil ? mixed_word(voxel, 0, kTableTool) : friction;
     int grip = in_this_part(hold);
     ivec2 taken = gripped(ivec2(goal.x - velocity.x, goal.y - velocity.y), grip);
     Motion motion;

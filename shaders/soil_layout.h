@@ -238,7 +238,7 @@ CONST_INT(kBodyLinear, 0)       // velocity of the centre of mass, Q16 voxels pe
 CONST_INT(kBodyAngular, 3)      // Q16 radians per base step, 3
 CONST_INT(kBodyCenter, 6)       // centre of mass, Q1 voxels (half voxels), 3
 CONST_INT(kArmMost, 8191)       // of a body's rotation, half voxels: times 2 rad a base step (Q16), twice, stays in 31 bits
-CONST_INT(kBodyFriction, 9)     // its own friction with soil times gravity: Q10 velocity change a base step
+CONST_INT(kBodyFriction, 9)     // its own friction with soil times gravity: Q16 velocity change a base step
 CONST_INT(kFrictionOfSoil, -1)  // instead: the body has none of its own, and soil brings its kTableTool
 CONST_INT(kBodyMoving, 10)
 CONST_INT(kBodyPacking, 11)     // relative density (Q16) that soil pressed on by this body takes up
@@ -373,7 +373,7 @@ CONST_INT(kTableFriction, 603)  // tan(phi), Q16
 CONST_INT(kTableStrength, 604)  // cohesion over unit weight, Q16 voxels; kStrengthLeast to kStrengthMost, or 0
 CONST_INT(kTableHeld, 605)      // as kTableLoose, where density is fixed as placed: for soil of several materials
 CONST_INT(kTableHeldLeast, 606) // as kTableCompacted, likewise
-CONST_INT(kTableTool, 607)      // friction with bodies times gravity: Q16 velocity change a base step, in whole Q10
+CONST_INT(kTableTool, 607)      // friction with bodies times gravity: Q16 velocity change a base step
 CONST_INT(kTableRoughness, 608) // slope above tan(phi), Q16, up to which soil still stands
 CONST_INT(kTableViscosity, 609) // share of the slides that do not take place, Q16
 CONST_INT(kTableDrag, 610)      // of slides with momentum, in a base step: Q16 part of their speed; kDragMost at most

@@ -266,9 +266,10 @@ Found in_the_grid(const Tool& tool, const Place& place, Rules rules) {
     def.floor_center_m = place.voxel_m * place.shift_voxels;
     def.backend = Backend::cpu;
     def.step_s = 1.0 / 2000;
-    // The soil stays where it was put.
+    // The soil stays where it was put: nothing pushes it, and the tool takes none along.
     def.propagation_iterations = def.overflow_passes = 0;
     def.material = sand();
+    def.material.tool_friction = 0;
     def.contact_law.kind = ContactLawDef::Kind::plain;
     def.contact_law.passive_wedge = rules.wedge;
     def.contact_law.trapped_soil = rules.trapped;
@@ -299,7 +300,7 @@ Found in_the_grid(const Tool& tool, const Place& place, Rules rules) {
 
     const auto contact_soil = std::make_shared<ContactSoil>();
     contact_soil->voxel_m = def.voxel_m;
-    contact_soil->materials = soil->materials();
+    contact_soil->materials = {sand()};
     contact_soil->law = def.contact_law;
     BodyMotion motion{body.pose, body.center_of_mass_m, body.linear_velocity_m_s,
                       body.angular_velocity_rad_s};

@@ -394,8 +394,8 @@ oracle::Model StageBench::model(int substeps) const {
         }
         model.friction_angle_rad.push_back(material.friction_angle_rad);
         // As coarse as the kernels' words are.
-        const double speed = material.tool_friction * model.gravity * kVelocityOne;
-        model.friction_speed.push_back(std::round(speed) / kVelocityOne);
+        const double speed = material.tool_friction * model.gravity * kOneQ16;
+        model.friction_speed.push_back(std::round(speed) / kOneQ16);
         const auto volume = [&](double density) {
             return material.has_density_range() ? kReferenceDensity / density : 0;
         };
@@ -427,7 +427,7 @@ std::vector<oracle::Body> StageBench::oracle_bodies() const {
         };
         bodies.push_back({vector(kBodyLinear, kUnit), vector(kBodyAngular, kUnit),
                           vector(kBodyCenter, 0.5), record[kBodyMoving] != 0,
-                          record[kBodyFriction] / static_cast<double>(kVelocityOne),
+                          record[kBodyFriction] / static_cast<double>(kOneQ16),
                           record[kBodyPacking] * kUnit, record[kBodyReach]});
     }
     return bodies;

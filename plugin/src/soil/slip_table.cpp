@@ -74,9 +74,10 @@ SlipWedge find_slip_wedge(const MaterialDef& m, double gravity, double h, double
 }
 
 int32_t friction_speed(double friction, const SoilDef& def) {
-    const double per_step = def.step_s / def.voxel_m;
+    const double change = friction * def.gravity_m_s2 * def.step_s * (def.step_s / def.voxel_m);
+    // Soil is never faster, so that more makes no difference.
     return static_cast<int32_t>(
-        std::lround(friction * def.gravity_m_s2 * def.step_s * per_step * layout::kVelocityOne));
+        std::lround(std::min(change * layout::kOneQ16, 1.0 * layout::kSpeedMost)));
 }
 
 int32_t seepage_q4(double conductivity_m_s, const SoilDef& def) {
@@ -118,7 +119,7 @@ std::vector<int32_t> make_slip_table(const MaterialDef& m, const SoilDef& def) {
         static_cast<int32_t>(std::lround(std::tan(m.friction_angle_rad) * kVoxelFull));
     const double weight = m.density_kg_m3 * def.gravity_m_s2 * def.voxel_m;
     table[kTableStrength] = strength_q16(m.cohesion_pa, weight);
-    table[kTableTool] = friction_speed(m.tool_friction, def) * (kOneQ16 / kVelocityOne);
+    table[kTableTool] = friction_speed(m.tool_friction, def);
     table[kTablePores] = static_cast<int32_t>(std::lround(m.pore_water_fraction * kOneQ16));
     table[kTableMoist] = weight > 0
                              ? static_cast<int32_t>(std::lround(std::min(

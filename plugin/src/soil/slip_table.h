@@ -23,7 +23,7 @@ struct SlipWedge {
 SlipWedge find_slip_wedge(const MaterialDef& material, double gravity_m_s2, double rise_m,
                           double run_m);
 
-/// What Coulomb friction changes the speed of soil by that rests on a body, in a step: Q10 voxels a
+/// What Coulomb friction changes the speed of soil by that rests on a body, in a step: Q16 voxels a
 /// step, as the kernels have it.
 int32_t friction_speed(double friction, const SoilDef& def);
 
