@@ -95,7 +95,6 @@ TEST_P(Budget, holds_its_caller_no_longer_and_says_so) {
 // As long as a step has room for all of its passes, and bodies do not cross more voxels in it than
 // in one that is in time.
 TEST_P(Budget, makes_whole_steps) {
-    MovingScene courses(4, def_with(0));
     SoilDef def = def_with(30);
     const auto fill = [](Soil& soil) {
         EXPECT_TRUE(soil.fill(voxel_box(soil, {0, 0, 0}, {40, 32, 8}, "dry_sand")));
