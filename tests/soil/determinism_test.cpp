@@ -9,6 +9,8 @@
 namespace bsoil::determinism_test {
 namespace {
 
+/// What falls, from 0.44 m at most, has come down after 18 steps; the blade, the wheel and the
+/// stone move from the first one.
 uint64_t checksum_after(int steps, const SoilDef& def, unsigned seed = 4) {
     MovingScene scene(seed, def);
     scene.run(steps);
@@ -17,12 +19,12 @@ uint64_t checksum_after(int steps, const SoilDef& def, unsigned seed = 4) {
 
 TEST(Determinism, threads_and_repetition_do_not_matter) {
     SoilDef def = MovingScene::default_def();
-    const uint64_t once = checksum_after(120, def);
-    EXPECT_EQ(checksum_after(120, def), once);
+    const uint64_t once = checksum_after(60, def);
+    EXPECT_EQ(checksum_after(60, def), once);
     def.thread_count = 2;
-    EXPECT_EQ(checksum_after(120, def), once);
-    EXPECT_EQ(checksum_after(120, def), once);
-    EXPECT_NE(checksum_after(120, def, 5), once);
+    EXPECT_EQ(checksum_after(60, def), once);
+    EXPECT_EQ(checksum_after(60, def), once);
+    EXPECT_NE(checksum_after(60, def, 5), once);
 }
 
 TEST(Determinism, gl_gives_the_bits_of_the_cpu) {
@@ -62,17 +64,17 @@ TEST(Determinism, gl_gives_the_same_bits_dispatched_as_on_a_gpu) {
 
 TEST(Determinism, the_frame_of_the_grid_does_not_matter) {
     SoilDef def = MovingScene::default_def();
-    const uint64_t z_up = checksum_after(80, def);
+    const uint64_t z_up = checksum_after(40, def);
     def.floor_center_m = {1.7, -3.1, 0.9};
     def.yaw_rad = 0.4;
-    EXPECT_EQ(checksum_after(80, def), z_up);
+    EXPECT_EQ(checksum_after(40, def), z_up);
     // Y up: grid x and y run along world Z and X.
     SoilDef y_up = MovingScene::default_def();
     y_up.up = UpAxis::y;
     y_up.size_m = {def.size_m.y, def.size_m.z, def.size_m.x};
-    EXPECT_EQ(checksum_after(80, y_up), z_up);
+    EXPECT_EQ(checksum_after(40, y_up), z_up);
     y_up.yaw_rad = -std::numbers::pi / 3;
-    EXPECT_EQ(checksum_after(80, y_up), z_up);
+    EXPECT_EQ(checksum_after(40, y_up), z_up);
 }
 
 TEST(Determinism, the_order_of_bodies_does_not_matter) {
