@@ -42,17 +42,19 @@ int height_beyond(int slot, ivec2 at, ivec2 way, int toe) {
 }
 
 void want_tile(int slot, int z) {
-    ATOMIC_MAX(block_flags[flag_index(kFlagWanted, slot * params.blocks_per_tile + z)], params.step_stamp);
+    int wanted = flag_index(kFlagWanted, slot * params.blocks_per_tile + z);
+    ATOMIC_MAX(block_flags[wanted], kWantedBy * params.step_stamp + kWantedByBank);
 }
 
-// Has the tiles under a plane dispatched in the next step, and the first that is asleep woken.
+// Has the tiles under a plane dispatched in the next step, and the first that is asleep woken: but for those for which it was to no
+// avail.
 void ask_for(int slot, ivec2 at, ivec2 way, int count, int toe) {
     int z = min(toe >> 19, params.blocks_per_tile - 1);
     want_tile(slot, z);
     for (int n = 0; n < count; ++n) {
         ivec2 next = at + way;
         if (!step_on(slot, at, way)) {
-            ATOMIC_OR(tile_table[slot * kTileTableWords + kTileTableAsked], 1 << beside(next));
+            ATOMIC_OR(tile_table[slot * kTileTableWords + kTileTableAsked], 1 << (kNeighbourCount + beside(next)));
             return;
         }
         want_tile(slot, z);

@@ -186,7 +186,7 @@ bool is_solid(int voxel) { return voxel < 0 || coverage_at(voxel) >= kSolidCover
 // Whether a voxel is dispatched in this step: whoever asks has soil to put there or to take, so it is in the next.
 bool is_listed(int voxel) {
     if (block_flags[flag_index(kFlagListed, voxel >> 9)] != 0) return true;
-    ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], params.step_stamp);
+    ATOMIC_MAX(block_flags[flag_index(kFlagWanted, voxel >> 9)], kWantedBy * params.step_stamp + kWantedBySoil);
     return false;
 }
 bool is_closed(int voxel) { return is_solid(voxel) || !is_listed(voxel); }

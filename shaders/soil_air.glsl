@@ -13,7 +13,8 @@ bool step_upwind(INOUT(int) slot, INOUT(ivec2) at, ivec2 way, int z) {
     }
     if (slot != from) {  // stays awake as long as somebody looks
         int wanted = flag_index(kFlagWanted, slot * params.blocks_per_tile + (z >> 3));
-        if (ATOMIC_LOAD(block_flags[wanted]) != params.step_stamp) ATOMIC_MAX(block_flags[wanted], params.step_stamp);
+        int word = kWantedBy * params.step_stamp + kWantedBySoil;
+        if (ATOMIC_LOAD(block_flags[wanted]) != word) ATOMIC_MAX(block_flags[wanted], word);
     }
     return true;
 }

@@ -109,7 +109,8 @@ CONST_INT(kNeighbourCount, 9)
 CONST_INT(kTileTableX, 9)
 CONST_INT(kTileTableY, 10)
 CONST_INT(kTileTableTop, 11)
-CONST_INT(kTileTableAsked, 12)  // places of neighbours, a bit each, that are asleep and asked for by find_failures
+// Places of neighbours that are asleep, a bit each: asked for by those who look along the wind, above them by find_failures.
+CONST_INT(kTileTableAsked, 12)
 // step * kTileTopStep + a height from which on find_support found no voxel solid or full. With level wind alone.
 CONST_INT(kTileTableBars, 13)
 CONST_INT(kTileTopStep, 1024)   // twice the highest grid (512 voxels), so that z + 1 fits
@@ -157,9 +158,12 @@ CONST_INT(kSupportBody, 2)
 // --- block flags: arrays of one word a block (8 x 8 x 8 voxels), array * block count + block ------------------------
 CONST_INT(kFlagListed, 0)       // 1: dispatched this step, soil may flow in. Written by the host only
 CONST_INT(kFlagChanged, 1)      // step in which soil last moved here
-CONST_INT(kFlagWanted, 2)       // step in which soil wanted to flow in while the block was not listed
+CONST_INT(kFlagWanted, 2)       // kWantedBy * step + who wanted it listed in the next step: the latest, of those the largest
 CONST_INT(kFlagPending, 3)      // stamp of the last pass that left deltas here
 CONST_INT(kFlagArrays, 4)
+CONST_INT(kWantedBy, 2)
+CONST_INT(kWantedByBank, 0)     // find_failures, see WorkLists::grant_asked()
+CONST_INT(kWantedBySoil, 1)     // soil that goes there or comes from there, and those who look along the wind
 // After all of them kMaskWords words a block: masks of what there is to do in it, a bit a column (two words) or a voxel. A
 // pass looks at the columns of its mask and at no others, so that it costs what moves and not what is near. "May": a bit that
 // is set for nothing costs a look and changes no result.

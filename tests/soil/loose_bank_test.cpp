@@ -123,6 +123,72 @@ TEST(LooseBanks, go_on_from_a_snapshot_bit_for_bit) {
     }
 }
 
+/// Thin soil on the floor, that was moved all over: it rises by `side` voxels a row and by 1/20 a
+/// column, with humps of 0.6 voxels.
+std::unique_ptr<Soil> humps(int columns, double side) {
+    constexpr double kVoxelM = 0.025, kDensity = 2000, kLoose = 0.3;
+    SoilDef def = grid_def(columns, 8, 16, kVoxelM);
+    // Loose it has a cohesion over its weight of 1/200 voxel.
+    def.material = sand(1, 0.005 * kVoxelM * kDensity * kGravity / kLoose);
+    def.material.density_kg_m3 = kDensity;
+    def.material.loose_cohesion_fraction = kLoose;
+    auto soil = make_soil(def);
+    fill_columns(*soil, [side](double x_m, double y_m) {
+        const double x = x_m / kVoxelM, y = y_m / kVoxelM;
+        return kVoxelM * (0.05 * x + side * y + 0.6 * (1 + std::sin(7 * x) * std::cos(3 * y)));
+    });
+    soil->step({});
+    loosen(*soil);
+    return soil;
+}
+
+int steps_until_asleep(Soil& soil, int most) {
+    for (int i = 0; i < most; ++i) {
+        if (soil.step({}).block_active_count == 0) return i;
+    }
+    return most;
+}
+
+// Planes fail over which nothing slides, as less than half of what lies in each voxel is above
+// them. A toe looked up to a tile that had just gone to sleep, and had it woken. There another one
+// looked back, in turn for good. By hand: each round asks for at least one more of the 8 blocks, or
+// is the last, and keeps them awake for 4 steps. That is 36 at most.
+TEST(LooseBanks, wake_each_other_no_more_than_once) {
+    const auto soil = humps(32, 0.2);
+    ASSERT_LT(steps_until_asleep(*soil, 200), 200);
+    const uint64_t checksum = soil->checksum();
+    Soil::Impl& s = SoilProbe::impl(*soil);
+    s.lists.activate(s.block_key(1, 0));
+    EXPECT_LE(steps_until_asleep(*soil, 200), 36);
+    EXPECT_EQ(soil->checksum(), checksum);
+}
+
+// This one never fell asleep.
+TEST(LooseBanks, over_which_nothing_slides_fall_asleep) {
+    const auto soil = humps(48, 0.1);
+    EXPECT_LT(steps_until_asleep(*soil, 400), 400);
+}
+
+// Who has woken whom is not in a snapshot: the restored soil looks once more, and nothing comes of
+// it.
+TEST(LooseBanks, that_wake_each_other_go_on_from_a_snapshot_bit_for_bit) {
+    const TemporaryFile file("humps.snapshot");
+    for (const int stop : {2, 12, 17}) {
+        const auto soil = humps(48, 0.1);
+        for (int i = 0; i < stop; ++i) soil->step({});
+        ASSERT_TRUE(soil->save(file.path()));
+        SoilDef def = soil->def();
+        def.thread_count = 2;
+        const auto twin = make_soil(def);
+        ASSERT_TRUE(twin->load(file.path()));
+        for (int i = 0; i < 40; ++i) {
+            soil->step({});
+            twin->step({});
+            ASSERT_EQ(soil->checksum(), twin->checksum()) << stop << " and " << i;
+        }
+    }
+}
+
 // Planes fail in soil that does not flow: nothing moves, and it falls asleep all the same.
 TEST(LooseBanks, that_do_not_flow_fall_asleep) {
     const BankCase bank{1000, 16000, 90, 0.05, 0, 30, 1};

@@ -51,15 +51,15 @@ void StepReader::note_kernel_conditions() {
     if (bits & kStatusContactsFull) core_.conditions.note(StatusBit::contact_list_full);
 }
 
-// Those that a plane of find_failures runs on into; see kTileTableAsked.
+// Those that a look along the wind or a plane of find_failures runs on into; see kTileTableAsked.
 void StepReader::wake_neighbours(int index, int32_t asked) {
     tiles_.note_dirty();  // takes back what was asked
     for (int n = 0; n < 9; ++n) {
         const int tx = index % core_.tiles_x + n % 3 - 1, ty = index / core_.tiles_x + n / 3 - 1;
-        if ((asked >> n & 1) != 0 && tx >= 0 && ty >= 0 && tx < core_.tiles_x &&
-            ty < core_.tiles_y) {
-            lists_.activate(core_.block_key(core_.tile_index(tx, ty), 0));
-        }
+        if (tx < 0 || ty < 0 || tx >= core_.tiles_x || ty >= core_.tiles_y) continue;
+        const BlockKey block = core_.block_key(core_.tile_index(tx, ty), 0);
+        if ((asked >> n & 1) != 0) lists_.activate(block);
+        if ((asked >> (kNeighbourCount + n) & 1) != 0) lists_.ask(block);
     }
 }
 
@@ -81,8 +81,11 @@ bool StepReader::note_activity() {
                 changed_top = (zb + 1) * kTileSide;
                 lists_.activate(core_.block_key(index, zb));
             }
-            if (flag_words_[blocks + block] == core_.params.step_stamp) {
+            const int32_t wanted = flag_words_[blocks + block];
+            if (wanted == kWantedBy * core_.params.step_stamp + kWantedBySoil) {
                 lists_.activate(core_.block_key(index, zb));
+            } else if (wanted == kWantedBy * core_.params.step_stamp + kWantedByBank) {
+                lists_.ask(core_.block_key(index, zb));
             }
         }
         tile.revision += changed;
@@ -100,6 +103,7 @@ bool StepReader::note_activity() {
             tile.top = std::max(top % kTileTopStep, changed_top);
         }
     }
+    lists_.grant_asked();
     return any_changed;
 }
 

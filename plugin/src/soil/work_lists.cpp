@@ -71,6 +71,8 @@ void WorkLists::keep_room_for(size_t block_count) {
     active_.reserve(block_count);
     sorted_active_.reserve(block_count);
     spare_.reserve(block_count);
+    asked_.reserve((1 + kNeighbourCount) * block_count);  // and tiles beside those that are awake
+    granted_.reserve((1 + kNeighbourCount) * block_count);
     while (active_.size() + spare_.size() < block_count) {
         std::unordered_map<BlockKey, int64_t> made{{0, 0}};
         spare_.push_back(made.extract(made.begin()));
@@ -157,6 +159,28 @@ void WorkLists::mark_rebuild(const std::vector<BlockKey>& blocks, bool changes_s
 }
 
 void WorkLists::activate(BlockKey block) {
+    granted_.clear();
+    make_active(block);
+}
+
+// A bank asks again as soon as a tile under it is no longer listed, and in each look, whether or
+// not any soil came of it before.
+void WorkLists::grant_asked() {
+    const auto known = static_cast<std::ptrdiff_t>(granted_.size());
+    for (const BlockKey block : asked_) {
+        if (!std::binary_search(granted_.begin(), granted_.begin() + known, block)) {
+            granted_.push_back(block);
+        }
+    }
+    if (std::ssize(granted_) > known) {
+        std::sort(granted_.begin(), granted_.end());
+        granted_.erase(std::unique(granted_.begin(), granted_.end()), granted_.end());
+        for (const BlockKey block : asked_) make_active(block);
+    }
+    asked_.clear();
+}
+
+void WorkLists::make_active(BlockKey block) {
     if (const auto known = active_.find(block); known != active_.end()) {
         known->second = core_.step_index;
     } else if (spare_.empty()) {
@@ -402,6 +426,7 @@ void WorkLists::build_pairs(const ShapeUpload& shapes) {
 
 void WorkLists::restart(std::unordered_map<BlockKey, int64_t> active) {
     active_ = std::move(active);
+    granted_.clear();
     keep_room_for(listed_step_.size());
     for (auto* steps : {&listed_step_, &rebuild_step_, &contact_step_}) {
         std::ranges::fill(*steps, 0);

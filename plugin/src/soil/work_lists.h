@@ -24,6 +24,12 @@ class WorkLists {
 
     // --- what is active
     void activate(BlockKey block);
+    /// For a bank that may fail over this block: see grant_asked().
+    void ask(BlockKey block) { asked_.push_back(block); }
+    /// Activates all that was asked for, if any of it was not before, since anything but banks made
+    /// a block active. Else the same would come of it, which is nothing. Not in snapshots: there it
+    /// is looked at once more.
+    void grant_asked();
     bool is_active(BlockKey block) const { return active_.count(block) != 0; }
     /// Active blocks, and the step in which each last changed.
     const std::unordered_map<BlockKey, int64_t>& active() const { return active_; }
@@ -77,6 +83,7 @@ class WorkLists {
     void restart(std::unordered_map<BlockKey, int64_t> active);
 
   private:
+    void make_active(BlockKey block);
     int device_block(BlockKey key) const;
     /// Adds those of `before`, where a body's coverage stood, that its boxes still touch: it is
     /// made anew there as long as anything is, and has to go when the body does.
@@ -91,6 +98,8 @@ class WorkLists {
     SoilCore& core_;
     TileTable& tiles_;
     std::unordered_map<BlockKey, int64_t> active_;
+    std::vector<BlockKey> asked_;
+    std::vector<BlockKey> granted_;  ///< sorted; since anything but banks made a block active
     int active_count_ = 0;
     ListedWork listed_, tile_, rebuild_, pair_, contact_, small_body_;
     /// By device block: the last step it was in that list.
