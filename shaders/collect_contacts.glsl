@@ -7,10 +7,6 @@
 // A body's load is looked through for so many voxels. Ours: from a voxel of a tile to the end of the one beside it. Larger: a
 // wider blade that leans back is met as an upright one; smaller: the top of a wide load is pushed for nothing.
 CONST_INT(kPlugReach, 8)
-// A face pushes no load before it where the level part of its normal is less than one in so many of the part that looks up.
-// Ours: 14 deg; blades are steeper, and floors that bear soil are flatter. Larger: floors push what lies before them;
-// smaller: flat blades meet nothing.
-CONST_INT(kPlugSlope, 4)
 
 // What a body carries of a column, before it is added to the body's load.
 struct ColumnLoad {
@@ -176,6 +172,29 @@ int soil_behind_load(int slot, ivec3 at, int body, ivec3 gradient) {
     return -1;
 }
 
+// Whether soil on the ground fills a voxel, so that a load beside it ends there.
+bool ends_load(int voxel) {
+    if (voxel < 0 || state_at(kPlaneSupport, voxel) != kSupportGround) return false;
+    int volume = state_at(kPlaneVolume, voxel);
+    return volume > 0 && volume + coverage_at(voxel) >= kVoxelFull - kCarrySlack;
+}
+
+// Whether the lowest soil from a voxel to two above it is its body's load, and on which sides that ends at soil on the ground,
+// full at the same height.
+int load_over(int slot, ivec3 at, int voxel, int body) {
+    for (int n = 0; n <= 2 && at.z + n < params.height; ++n) {
+        int over = voxel + n * kTileColumns;
+        if (body_coverage(over) >= kSolidCoverage || state_at(kPlaneVolume, over) == 0) continue;
+        if (state_at(kPlaneSupport, over) != kSupportBody + body) return 0;
+        int sides = ends_load(voxel_at(slot, at.x + 1, at.y, at.z + n)) ? 1 : 0;
+        if (ends_load(voxel_at(slot, at.x - 1, at.y, at.z + n))) sides += 2;
+        if (ends_load(voxel_at(slot, at.x, at.y + 1, at.z + n))) sides += 4;
+        if (ends_load(voxel_at(slot, at.x, at.y - 1, at.z + n))) sides += 8;
+        return 1 + n + (sides << kLoadSides);
+    }
+    return 0;
+}
+
 // Of the column that begins with a voxel, at a height: 0 where there is none.
 int body_coverage_above(int foot, int z) { return foot < 0 ? 0 : body_coverage(foot + z * kTileColumns); }
 
@@ -200,7 +219,9 @@ void collect_contact(int slot, ivec3 at, int voxel, ivec3 gradient) {
         beside.undisturbed += kContactBetweenWalls;
     }
     int record = add_contact(grid_voxel(slot, at.x, at.y, at.z), body, soil_voxel, beside);
-    if (record != 0) write_surface(record, slot, at, voxel, gradient, inwards);
+    if (record == 0) return;
+    write_surface(record, slot, at, voxel, gradient, inwards);
+    result[record + kContactLoad] = load_over(slot, at, voxel, body);
 }
 
 // Where there is a body in the voxel or in one of the six beside it, or soil that a body may carry.

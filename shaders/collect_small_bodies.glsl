@@ -27,4 +27,5 @@ void collect_small_bodies(int group, int lane) {
     int at = add_contact(where, body, soil_voxel, found);
     if (at == 0) return;
     for (int word = kContactGradient; word <= kContactExcess; ++word) result[at + word] = 0;
+    result[at + kContactLoad] = 0;
 }

@@ -345,7 +345,7 @@ CONST_INT(kLoadMoment, 2)       // the same times 2x + 1, then 2y + 1, then 2z +
 CONST_INT(kLoadImpulse, 8)      // momentum that the body has given soil along x, y, z, beside what bears the soil's weight
 CONST_INT(kLoadWalls, 14)       // 1: some of it is beside a column of terrain
 CONST_INT(kLoadPart, 16)        // parts are 16ths, rounded down, so that kMassMost of them times 16384 voxels stays in 31 bits
-CONST_INT(kContactWords, 16)    // 64 bytes, the last word unused: no two threads write to one cache line
+CONST_INT(kContactWords, 16)    // 64 bytes: no two threads write to one cache line
 CONST_INT(kContactAt, 0)        // voxel x, y, z
 CONST_INT(kContactBody, 3)      // index
 CONST_INT(kContactKey, 4)       // words up to here tell a record from all others of a step
@@ -358,6 +358,12 @@ CONST_INT(kContactDensity, 12)  // relative density, Q16; or kDensityFixed
 CONST_INT(kContactCarrier, 13)  // body index of what the soil rests on, or kOnGround
 CONST_INT(kContactUndisturbed, 14)  // share of the soil that was never moved, Q16; 1 where no soil has cohesion
 CONST_INT(kContactBetweenWalls, 131072)  // added to it: see is_between_walls()
+// A face pushes no load before it where the level part of its normal is less than one in so many of the part that looks up.
+// Ours: 14 deg; blades are steeper, and floors that bear soil are flatter. Larger: floors push what lies before them;
+// smaller: flat blades meet nothing.
+CONST_INT(kPlugSlope, 4)
+CONST_INT(kContactLoad, 15)     // the body's load over the voxel: 0, or 1 + how far up | sides << kLoadSides; see load_over()
+CONST_INT(kLoadSides, 2)        // a bit each for +x, -x, +y, -y
 CONST_INT(kOnGround, -1)
 
 // --- tables buffer: per material a table for each state of its soil -------------------------------------------------

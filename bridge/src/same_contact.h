@@ -22,7 +22,8 @@ inline bool is_same_contact(const ContactVoxel& a, const ContactVoxel& b) {
            a.bearing_depth_m == b.bearing_depth_m && a.material == b.material &&
            a.relative_density == b.relative_density && a.saturation == b.saturation &&
            a.undisturbed == b.undisturbed && a.inflow_share == b.inflow_share &&
-           a.is_between_walls == b.is_between_walls && is_same_row(a.teeth, b.teeth);
+           a.is_between_walls == b.is_between_walls && a.is_load_side == b.is_load_side &&
+           is_same_row(a.teeth, b.teeth);
 }
 
 }  // namespace bsoil::bullet

@@ -284,5 +284,32 @@ TEST(BuriedBlock, takes_the_load_of_what_stands_over_it) {
     EXPECT_LT(std::abs(static_cast<double>(box.getLinearVelocity().y())), 0.01);
 }
 
+/// How far a plate of 0.4 m under 0.25 m of sand rises in a second, drawn up with its own weight
+/// and `share` times that of the soil on it.
+double rises_m(double share) {
+    BulletScene scene;
+    constexpr btScalar kPlateKg = 20;
+    btRigidBody& plate =
+        scene.add_box(kPlateKg, btVector3(0.2f, 0.05f, 0.2f), btVector3(0, 0.1f, 0));
+    const auto soil = sand_bed(*scene.world);
+    scene.run(1);
+    const double before_m = height_of(plate);
+    const double load_kg = soil->body_report(plate).load_kg;
+    plate.setActivationState(DISABLE_DEACTIVATION);
+    for (int i = 0; i < 60; ++i) {
+        plate.applyCentralForce(
+            btVector3(0, btScalar((kPlateKg + share * load_kg) * kGravity_m_s2), 0));
+        scene.run(1.0 / 60);
+    }
+    return height_of(plate) - before_m;
+}
+
+// The column's sides hold it, whoever pulls: by hand 1 + 2 K0 tan phi 0.25 / 0.4 = 1.37. Found:
+// still at 1.3, out at 1.4.
+TEST(CarriedColumn, in_its_bed_is_held_by_the_sides_of_its_column) {
+    EXPECT_LT(rises_m(1.25), 1e-3);
+    EXPECT_GT(rises_m(1.5), 0.1);
+}
+
 }  // namespace
 }  // namespace bsoil::bullet::carried_contact_test

@@ -52,6 +52,27 @@ const Voxel* soil_behind_load(const Model& model, const Field& field, int x, int
     return nullptr;
 }
 
+/// Contact::load_above and load_ends.
+void look_at_load(const Model& model, const Field& field, Contact& contact) {
+    for (int k = 0; k <= 2 && field.inside(contact.x, contact.y, contact.z + k); ++k) {
+        const int z = contact.z + k;
+        const Voxel& over = field.at(contact.x, contact.y, z);
+        if (over.bodies >= model.solid_coverage || over.soil == 0) continue;
+        if (over.support.kind != Support::Kind::body || over.support.body != contact.body) return;
+        contact.load_above = k;
+        constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+        for (size_t i = 0; i < 4; ++i) {
+            const int x = contact.x + kSides[i][0], y = contact.y + kSides[i][1];
+            if (!field.inside(x, y, z)) continue;
+            const Voxel& beside = field.at(x, y, z);
+            contact.load_ends[i] = beside.support.kind == Support::Kind::ground &&
+                                   beside.soil > 0 &&
+                                   beside.soil + beside.psi() >= 1 - model.carry_slack;
+        }
+        return;
+    }
+}
+
 /// Whether another body's load before a face fills all up to a wall of the face's body.
 bool is_between_walls(const Model& model, const Field& field, int body, RowStart row) {
     for (int n = 0; n < 2 && field.closed(model, row.x, row.y, row.z); ++n) {
@@ -130,6 +151,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material, relative_density(model, soil, sum),
                             on_body ? soil.support.body : -1, sum.bond / sum.volume, is_between});
+        look_at_load(model, field, contacts.back());
     });
     return contacts;
 }

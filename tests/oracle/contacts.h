@@ -14,6 +14,7 @@
 /// of the contact's own body (held_load.h). It starts at the first voxel of three that is open.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,11 @@ struct Contact {
     int carrier = -1;              ///< body that the soil rests on; -1: the ground
     double undisturbed = 1;        ///< share of that soil by volume that never moved
     bool is_between_walls = false;
+    /// Voxels up to the lowest soil over it, in this voxel or the two above, where that is the
+    /// body's load; else -1. And by side, +x, -x, +y, -y, whether it ends there at soil on the
+    /// ground that fills its voxel.
+    int load_above = -1;
+    std::array<bool, 4> load_ends{};
 };
 
 /// Of all voxels, by z, then y, then x.

@@ -44,6 +44,9 @@ TEST_P(Contacts, follow_the_oracle) {
         const double undisturbed = coheres ? contact.undisturbed : 1;
         const int flag = contact.is_between_walls ? kContactBetweenWalls : 0;
         EXPECT_NEAR((got[i][kContactUndisturbed] - flag) * 1.0 / kVoxelFull, undisturbed, 4e-5);
+        int load = contact.load_above + 1;
+        for (int k = 0; k < 4; ++k) load += contact.load_ends[k] ? 1 << (kLoadSides + k) : 0;
+        EXPECT_EQ(got[i][kContactLoad], load);
         disturbed_count += undisturbed < 0.99;
         if (contact.relative_density < 0) {
             EXPECT_EQ(got[i][12], kDensityFixed);

@@ -115,6 +115,10 @@ struct ContactVoxel {
     /// Of an upright face before another body's load, which fills all up to a wall of this one: it
     /// goes where the walls go, and pushes them by friction alone, as part of its momentum.
     bool is_between_walls = false;
+    /// No part of the body's surface: the side of the column of soil that lies on a level face,
+    /// along its edge, where soil on the ground is beside. position_m: on the edge; normal: up;
+    /// area_m2: length of the edge times a voxel. See load_side_yield().
+    bool is_load_side = false;
     ToothRow teeth;  ///< with ContactLawDef::trapped_soil
 };
 

@@ -43,7 +43,7 @@ static_assert(kContactAt + 3 == kContactBody && kContactBody + 1 == kContactKey 
               kContactGradient + 3 == kContactGap && kContactGap + 3 == kContactExcess &&
               kContactDensity + 1 == kContactCarrier &&
               kContactCarrier + 1 == kContactUndisturbed &&
-              kContactUndisturbed + 1 < kContactWords);
+              kContactUndisturbed + 1 == kContactLoad && kContactLoad < kContactWords);
 static_assert(limits::kMaterialCapacity <= 1 << kSaturationShift &&
               int64_t{kVoxelFull} << kSaturationShift <= INT32_MAX);
 static_assert(kShapeRows + 3 * kShapeRowWords == kShapeHalfExtents &&

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/contact/load_side.h"
 #include "bsoil/contact/orientation.h"
 
 namespace bsoil {
@@ -28,6 +29,7 @@ BekkerLaw::BekkerLaw(std::shared_ptr<const ContactSoil> soil, const SurfaceFrict
 ElementYield BekkerLaw::yield(const ContactElement& element, const ElementMotion& motion,
                               const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
+    if (contact.is_load_side) return load_side_yield(this->soil(), contact, motion);
     const BekkerSoil& soil = def().bekker[static_cast<size_t>(contact.material)];
     const Vec3 n = contact.normal;
     const double depth_m = contact.bearing_depth_m;

@@ -111,6 +111,8 @@ void decode_contacts(std::span<const int32_t> words, ContactOrder& order,
             contact.saturation = c[kContactMaterial] >> kSaturationShift;
             contact.density = c[kContactDensity];
             contact.undisturbed = c[kContactUndisturbed] % kContactBetweenWalls;
+            contact.load_above = c[kContactLoad] % (1 << kLoadSides) - 1;
+            contact.load_sides = c[kContactLoad] >> kLoadSides;
             contact.is_between_walls = c[kContactUndisturbed] >= kContactBetweenWalls;
         }
     });

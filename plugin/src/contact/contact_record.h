@@ -24,6 +24,10 @@ struct ContactRecord {
     int saturation = 0;   ///< share of its pores that water fills [units]
     int undisturbed = 0;  ///< share of it that was never moved [units]
     bool is_between_walls = false;  ///< ContactVoxel::is_between_walls
+    /// Voxels from this one up to the lowest soil over it, where the body carries that; else -1.
+    int load_above = -1;
+    /// On which sides it lies there beside soil on the ground: +x, -x, +y, -y, a bit each.
+    int load_sides = 0;
     /// One record for all of a small body: see collect_small_bodies.
     bool is_of_small_body() const { return dot(gradient, gradient) == 0; }
 };

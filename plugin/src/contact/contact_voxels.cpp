@@ -62,6 +62,12 @@ double compression_m(const ContactVoxels::Request& request, const ContactRecord&
     return std::clamp(excess / area_share, 0.0, 1.0) * request.frame->voxel_m;
 }
 
+/// Whether a face is so level that what lies on it is a load: kPlugSlope. outward: in grid axes, of
+/// any length.
+bool is_level_up(Vec3 outward) {
+    return kPlugSlope * std::max(std::abs(outward.x), std::abs(outward.y)) < outward.z;
+}
+
 // The first of them that lie on what the first one lies on: carrier by carrier they are in order.
 std::span<const ContactRecord> of_one_carrier(std::span<const ContactRecord> records) {
     if (records.empty()) return records;
@@ -148,7 +154,7 @@ void ContactVoxels::add_all(const Request& request, std::span<const ContactRecor
     for_chunks([&](size_t chunk, std::span<const ContactRecord> own, bool are_pieces) {
         size_t& count = chunk_starts_[chunk + 1];
         if (are_pieces) {
-            for (const ContactRecord& record : own) count += pieces_.count(place_of(record));
+            for (const ContactRecord& record : own) count += count_pieces(request, record);
         } else {
             chunks_[chunk].clear();
             chunks_[chunk].reserve(2 * kChunkRecords);  // few voxels have more than two faces
@@ -207,7 +213,7 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
     Element element = element_of(request, record);
     if (is_of_pieces(request, record)) {
         const size_t first = out.size();
-        out.resize(first + pieces_.count(place_of(record)));
+        out.resize(first + count_pieces(request, record));
         add_pieces(element, out.data() + first);
         return;
     }
@@ -237,6 +243,63 @@ void ContactVoxels::add(const Request& request, const ContactRecord& record,
         contact.normal = area * (1 / std::max(length(area), 1e-9));
     }
     add_faces(element, face.normal, out);
+    if (const auto end = load_end(request, record)) out.push_back(load_side(element, *end));
+}
+
+// Of a column the uppermost record says where its load ends, where that lies on a level face. The
+// column's sides are the grid's: one counts by its part along the edge's normal, so that the steps
+// of an edge that stands askew are as long as the edge.
+std::optional<ContactVoxels::LoadEnd> ContactVoxels::load_end(const Request& request,
+                                                              const ContactRecord& record) const {
+    if (record.load_sides == 0 || record.carrier != kOnGround) return {};
+    const auto bottom = [](const ContactRecord& r) { return r.voxel[2] + r.load_above; };
+    for (size_t next = place_of(record) + 1; next < records_.size(); ++next) {
+        const ContactRecord& above = records_[next];
+        if (above.carrier != kOnGround || !std::equal(above.voxel, above.voxel + 2, record.voxel)) {
+            break;
+        }
+        const bool is_same = above.body == record.body && above.load_sides != 0;
+        if (is_same && bottom(above) == bottom(record)) return {};
+    }
+    const double level = std::hypot(record.gradient.x, record.gradient.y);
+    if (!(level > 0)) return {};
+    const Vec3 outward{-record.gradient.x / level, -record.gradient.y / level, 0};
+    const double along[4] = {outward.x, -outward.x, outward.y, -outward.y};
+    LoadEnd end;
+    for (int side = 0; side < 4; ++side) {
+        if ((record.load_sides >> side & 1) != 0) end.sides += std::max(0.0, along[side]);
+    }
+    if (!(end.sides > 0)) return {};
+    // A voxel within the edge no face beside is nearer than the one that looks up.
+    const GridFrame& frame = *request.frame;
+    end.at = {record.voxel[0] + 0.5, record.voxel[1] + 0.5, static_cast<double>(bottom(record))};
+    const NearestFace face = request.bodies[static_cast<size_t>(record.body)].faces.nearest(
+        frame.to_world(end.at - outward), frame.voxel_m);
+    const Vec3 normal = rotate(conjugate(frame.grid_to_world.rotation), face.normal);
+    if (!is_level_up(normal)) return {};
+    // Its plane, from there out to the edge.
+    end.at += 0.5 * outward;
+    end.at.z -= (face.distance_m / frame.voxel_m + 1.5 * dot(outward, normal)) / normal.z;
+    return end;
+}
+
+ContactVoxel ContactVoxels::load_side(const Element& element, const LoadEnd& end) const {
+    const GridFrame& frame = *element.request.frame;
+    ContactVoxel contact = element.contact;
+    contact.is_load_side = true;
+    contact.area_m2 = end.sides * frame.voxel_m * frame.voxel_m;
+    contact.normal = rotate(frame.grid_to_world.rotation, Vec3{0, 0, 1});
+    contact.position_m = frame.to_world(end.at);
+    const FreeSurface::Beside surface =
+        surface_.height_beside(element.record, end.at, Vec3{0, 0, 1});
+    contact.depth_m = std::max(0.0, surface.nearest - end.at.z) * frame.voxel_m;
+    contact.bearing_depth_m = contact.depth_m;
+    contact.compression_m = 0;
+    return contact;
+}
+
+size_t ContactVoxels::count_pieces(const Request& request, const ContactRecord& record) const {
+    return pieces_.count(place_of(record)) + (load_end(request, record) ? 1 : 0);
 }
 
 // In next and behind it, where there is room for them; returns what comes behind them.
@@ -261,6 +324,9 @@ ContactVoxel* ContactVoxels::add_pieces(const Element& element, ContactVoxel* ne
         finish(element, contact, rotate(grid_to_world.rotation, rise_m2));
         if (piece.row >= 0) set_teeth(element.body, piece, contact);
     });
+    if (const auto end = load_end(element.request, element.record)) {
+        *next++ = load_side(element, *end);
+    }
     return next;
 }
 
@@ -399,6 +465,8 @@ void ContactVoxels::finish(const Element& element, ContactVoxel& contact, Vec3 r
     bound_by_wedge(element, at, n, surface.nearest, contact);
     contact.bearing_depth_m = std::max(contact.bearing_depth_m, contact.compression_m);
     contact.touching = touching_share(contact, frame.voxel_m, *element.request.law);
+    // A load is no contact, nor where the voxel has ground beside the face as well.
+    if (record.load_above >= 0 && is_level_up(n)) contact.touching = 0;
 }
 
 }  // namespace bsoil

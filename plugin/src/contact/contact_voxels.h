@@ -1,6 +1,8 @@
 /// Surface elements of bodies against soil, from what the kernels found in voxels.
 #pragma once
 
+#include <optional>
+
 #include "bsoil/work_threads.h"
 #include "contact/free_surface.h"
 #include "contact/shape_faces.h"
@@ -52,7 +54,15 @@ class ContactVoxels {
     Element element_of(const Request& request, const ContactRecord& record) const;
     void add(const Request& request, const ContactRecord& record,
              std::vector<ContactVoxel>& out) const;
+    size_t count_pieces(const Request& request, const ContactRecord& record) const;
     ContactVoxel* add_pieces(const Element& element, ContactVoxel* next) const;
+    /// Where a body's load ends beside soil on the ground.
+    struct LoadEnd {
+        Vec3 at;           ///< on the edge of the face that it lies on; voxels, grid axes
+        double sides = 0;  ///< length of the edge [voxels]
+    };
+    std::optional<LoadEnd> load_end(const Request& request, const ContactRecord& record) const;
+    ContactVoxel load_side(const Element& element, const LoadEnd& end) const;
     void add_samples(const Element& element, std::vector<ContactVoxel>& out) const;
     void set_teeth(const ContactBody& body, const SurfacePiece& piece, ContactVoxel& contact) const;
     void add_faces(const Element& element, Vec3 face_normal, std::vector<ContactVoxel>& out) const;

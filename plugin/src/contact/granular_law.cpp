@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "bsoil/contact/load_side.h"
 #include "bsoil/contact/momentum_flux.h"
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
@@ -363,6 +364,7 @@ Vec3 GranularLaw::slide_m_s(const ContactVoxel& contact, Vec3 velocity_m_s) cons
 ElementYield GranularLaw::yield(const ContactElement& element, const ElementMotion& along,
                                 const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
+    if (contact.is_load_side) return load_side_yield(this->soil(), contact, along);
     const FaceExtent& face = element.face;
     const bool is_soil = contact.teeth.part == ToothPart::over_tips && !trapped_strengths_.empty();
     const auto material = static_cast<size_t>(contact.material);

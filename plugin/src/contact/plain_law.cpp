@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsoil/contact/load_side.h"
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/passive_wedge.h"
 #include "bsoil/contact/resistive_force_theory.h"
@@ -47,6 +48,7 @@ double PlainLaw::size_factor(const Strength& soil, const FaceExtent& face, Vec3 
 ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion& along,
                              const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
+    if (contact.is_load_side) return load_side_yield(this->soil(), contact, along);
     const Strength& soil = strengths_[static_cast<size_t>(contact.material)];
     const double depth_m = bearing_depth_of(contact, up()), creep = def().creep;
     const Vec3 n = contact.normal, motion = along.share;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "bsoil/contact/granular_law.h"
+#include "bsoil/contact/load_side.h"
 #include "bsoil/contact/orientation.h"
 #include "bsoil/contact/trapped_soil.h"
 
@@ -100,6 +101,7 @@ double WorkLaw::lifting_pa(const ContactVoxel& contact) const {
 ElementYield WorkLaw::yield(const ContactElement& element, const ElementMotion& along,
                             const ContactHistory& memory) const {
     const ContactVoxel& contact = element.voxel;
+    if (contact.is_load_side) return load_side_yield(this->soil(), contact, along);
     const auto material = static_cast<size_t>(contact.material);
     const MaterialDef& sand = this->soil().materials[material];
     const Strength& soil = strengths_[material];
