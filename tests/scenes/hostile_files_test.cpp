@@ -152,8 +152,7 @@ TEST_F(HostileFiles, elements_inside_each_other_are_refused) {
     EXPECT_TRUE(read_urdf(write("r.urdf", nested(99))));
     expect_error(read_urdf(write("r.urdf", nested(100))).error(),
                  "elements must lie at most 100 deep inside each other");
-    expect_error(read_urdf(write("r.urdf", repeated("<b>", 1 << 20))).error(),
-                 "at most 100 deep");
+    expect_error(read_urdf(write("r.urdf", repeated("<b>", 1 << 20))).error(), "at most 100 deep");
     // What looks like an end and is none.
     expect_error(
         read_urdf(write("r.urdf", "<!-- </b></b> --><robot name=\"r\">" +
@@ -290,8 +289,7 @@ TEST_F(HostileFiles, pictures_with_an_empty_chunk_are_refused) {
 }
 
 TEST_F(HostileFiles, baselines_are_json_of_a_few_levels) {
-    expect_error(read_baseline(write("b.json", repeated("[", 1 << 20))).error(),
-                 "at most 16 deep");
+    expect_error(read_baseline(write("b.json", repeated("[", 1 << 20))).error(), "at most 16 deep");
     expect_error(read_baseline(write("b.json", "{\"end\": " + repeated("{\"a\": ", 17))).error(),
                  "at most 16 deep");
     for (const char* text : {"", "{", "[]", "7", "\"steps\"", "{\"steps\": \"many\"}",
