@@ -109,10 +109,17 @@ Result<std::string> read_page(const fs::path& path) {
     return scene::read_file(path.string(), experiment::kPageBytesMost);
 }
 
+/// A page that a command writes its tables into.
+Result<std::string> read_document(const fs::path& path) {
+    auto page = read_page(path);
+    if (!page) return Error{page.error() + "; its prose is written by hand, name the page"};
+    return page;
+}
+
 /// The figures of the document's tables in the sentences of the pages beside and below it.
 Status write_sentences(const fs::path& document) {
-    const auto tables = read_page(document);
-    if (!tables) return Error{tables.error() + "; its prose is written by hand, name the page"};
+    const auto tables = read_document(document);
+    if (!tables) return Error{tables.error()};
     const fs::path folder = document.has_parent_path() ? document.parent_path() : ".";
     std::error_code failed;
     for (const auto& entry : fs::recursive_directory_iterator(folder, failed)) {
@@ -131,8 +138,8 @@ Status write_sentences(const fs::path& document) {
 
 Status write_document(const fs::path& path,
                       const std::vector<experiment::Comparison>& comparisons) {
-    const auto text = read_page(path);
-    if (!text) return Error{text.error() + "; its prose is written by hand, name the page"};
+    const auto text = read_document(path);
+    if (!text) return Error{text.error()};
     const fs::path pictures = path.stem();
     auto page = experiment::update_page(*text, comparisons, pictures.string());
     if (!page) return Error{path.string() + ": " + page.error()};
@@ -166,9 +173,8 @@ int run(const ValidateArguments& arguments) {
         return kSkipped;
     }
     if (!arguments.document.empty()) {
-        if (const auto page = read_page(arguments.document); !page) {
-            return could_not(page.error() + "; its prose is written by hand, name the page");
-        }
+        const auto page = read_document(arguments.document);
+        if (!page) return could_not(page.error());
     }
     const auto runs = run_all(*loaded, arguments.thread_count);
 

@@ -87,8 +87,8 @@ Verdict check(const ExpectItem& expect, const CsvTable& results) {
     for (const auto& group : grouped(results, rows, expect.by)) {
         const auto found = figures(results, group, expect.column, expect.statistic, expect.over);
         if (found.empty() && !may_lack) {
-            return fail("there is no such figure; choose rows that have one" +
-                        of_group(expect, results, group));
+            return fail("there is no such figure" + of_group(expect, results, group) +
+                        "; choose rows that have one");
         }
         values.insert(values.end(), found.begin(), found.end());
     }
