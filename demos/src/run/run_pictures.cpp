@@ -71,6 +71,13 @@ struct RunPictures::Impl {
     }
     bool reached(double t_s) const { return reached(t_s, run.step_count()); }
 
+    /// The picture goes onto the sheet, which is written with what it has so far: who waits for a
+    /// long run sees it begin.
+    Status add_to_sheet(const render::Image& image) {
+        sheet.add(image, render::ContactSheet::caption(run.time_s(), run.scene().title));
+        return render::write_png(sheet.image(), def.folder + "/contact_sheet.png");
+    }
+
     bool has_frames() const { return def.frames || def.video; }
     bool frame_is_due() const { return has_frames() && reached(frame_next * kFrameS); }
 
@@ -153,7 +160,7 @@ Status RunPictures::observe() {
     const auto image = m.take();
     if (!image) return Error{image.error()};
     if (moment) {
-        m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
+        if (Status written = m.add_to_sheet(*image); !written) return written;
     }
     for (; m.frame_is_due(); ++m.frame_next) {  // a long step is several frames
         Status written = render::write_png(
@@ -169,12 +176,7 @@ Status RunPictures::finish() {
     if (static_cast<size_t>(m.sheet.image_count()) < m.moments_s.size()) {
         const auto image = m.take();
         if (!image) return Error{image.error()};
-        m.sheet.add(*image, render::ContactSheet::caption(m.run.time_s(), m.run.scene().title));
-    }
-    if (m.sheet.image_count() > 0) {
-        const Status written =
-            render::write_png(m.sheet.image(), m.def.folder + "/contact_sheet.png");
-        if (!written) return written;
+        if (Status written = m.add_to_sheet(*image); !written) return written;
     }
     return m.def.video ? m.encode() : Status(Done{});
 }

@@ -28,9 +28,9 @@ class RunPictures {
     ~RunPictures();
     /// As of ScenePicture.
     const std::vector<std::string>& notes() const;
-    /// Before the first step and after every one.
+    /// Before the first step and after every one. Writes the sheet at each of its moments.
     Status observe();
-    /// After the last step: writes the sheet and the film.
+    /// After the last step: completes the sheet and writes the film.
     Status finish();
 
   private:
