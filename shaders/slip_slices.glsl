@@ -35,6 +35,12 @@ int most_taken(int target, int top) {
 // Whether nothing slides into a voxel.
 bool takes_none(int target, int top) { return is_solid(target) || most_taken(target, top) == 0; }
 
+// The voxel of a column at height z, -1 above the grid.
+int voxel_of(int column, int z) {
+    int lane = column & (kTileColumns - 1);
+    return z < params.height ? (column >> 6) * params.tile_voxels + z * kTileColumns + lane : -1;
+}
+
 // How high soil comes to lie that slides onto a span, into the voxel at its top. A span of no height is bare terrain or a bare
 // body. Its first soil lies on top of what covers the voxel, see top_in_voxel(). Else a grain on a gentle slope of bare ground
 // would see a hole as deep as that cover in every column beside it, and go from one to the next for good.
@@ -50,7 +56,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
     int single = spans[column_word(kColumnSingle, column)];
     if (single != kNotSingle && min(top, single) >= bottom) {
         if (top <= single) return kNoDrop;
-        target = voxel_at(slot, x, y, single >> 16);
+        target = voxel_of(column, single >> 16);
         return takes_none(target, top) ? kNoDrop : top - single;
     }
     int record = column * kColumnWords;
@@ -69,7 +75,7 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
             }
             continue;
         }
-        target = voxel_at(slot, x, y, other_top >> 16);
+        target = voxel_of(column, other_top >> 16);
         int drop = ceiling - lands_at(target, other_bottom, other_top);  // thesis (32)
         if (drop <= 0 || takes_none(target, top)) return kNoDrop;
         falls = kind == kSpanFalling;
@@ -88,10 +94,14 @@ int slice_drop(int slot, int x, int y, int bottom, int top, bool on_rigid, OUT(i
 // slides crosses no hollow, ridge or wall, and leaves the edge of a rigid body by single voxels only.
 int way_drop(int slot, int x, int y, int dx, int dy, int bottom, int top, bool on_rigid, OUT(int) target, OUT(bool) falls) {
     int drop = 0;
-    for (int k = 1; k <= params.slip_stride; ++k) {
-        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, on_rigid && params.slip_stride == 1, target, falls);
+    int stride = params.slip_stride;
+    bool leaves = on_rigid && stride == 1;
+    int k = 0;
+    do {
+        ++k;
+        int next = slice_drop(slot, x + k * dx, y + k * dy, bottom, top, leaves, target, falls);
         if (next <= drop) return kNoDrop;
         drop = next;
-    }
-    return drop / params.slip_stride;
+    } while (k < stride);
+    return stride == 1 ? drop : drop / stride;
 }

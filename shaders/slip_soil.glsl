@@ -85,11 +85,10 @@ int slide_push(int slope, int friction, int passive) {
     return fraction_q16(max(0, slope - friction), kOneQ16 + mul_q16(slope, slope));
 }
 
-// The eight neighbours: 0 east, 1 north-east, 2 north ... counter-clockwise.
-ivec2 way_to(int k) {
-    return ivec2(k == 0 || k == 1 || k == 7 ? 1 : (k == 2 || k == 6 ? 0 : -1),
-                 k >= 1 && k <= 3 ? 1 : (k == 0 || k == 4 ? 0 : -1));
-}
+// The eight neighbours: 0 east, 1 north-east, 2 north ... counter-clockwise. Of each two bits, of x and of y, plus 1.
+CONST_INT(kWaysX, 36890)  // 2 1 0 0 0 1 2 2, the last first
+CONST_INT(kWaysY, 425)    // 0 0 0 1 2 2 2 1
+ivec2 way_to(int k) { return ivec2((kWaysX >> (2 * k)) & 3, (kWaysY >> (2 * k)) & 3) - 1; }
 
 // Columns ahead at which the ground tells how deep soil slides: all of the next four, then each by a quarter further.
 CONST_INT(kSlideReach, 128)
@@ -192,7 +191,7 @@ int facet_slope(IN(Resistance) soil, int stands, int along, int diagonal, OUT(in
 // The diagonal beside a facet's axis: two facets lie on both sides of each.
 int facet_diagonal(int k) {
     int axis = k & 6;  // 0 2 4 6
-    return (k & 1) == 0 ? axis + 1 : (axis + 7) & 7;
+    return (axis + 1 + 6 * (k & 1)) & 7;
 }
 
 // Direction in which a facet falls, Q16: along its axis and across it.
@@ -380,12 +379,13 @@ bool slip_span(int slot, int lane, int i, int bottom, int top, int kind, int ste
         int aside = max(0, kOneQ16 - slope_length(fall.x, fall.y));
         wedge = min(wedge, kSlideCreep + mul_q16(wedge, aside));
     }
-    // Soil that slides on into this column brings its speed along.
-    int speed = max(slid ? spans[speed_read(record, i)] : 0, fastest_around(slot, at.x, at.y));
     // thesis (9), and no more than a quarter of the wedge at once.
     int faster = acceleration_at(soil.curve, source, failure.slope) / params.substep_count;
     // Of short steps in large voxels that is less than a unit. See the end of slide_soil(): by its speed it knows what is driven.
     if (params.slides != 0) faster = max(1, faster);
+    // Soil that slides on into this column brings its speed along. What is as fast as can be without it need not look.
+    int speed = slid ? spans[speed_read(record, i)] : 0;
+    if (speed + faster < kOneQ16) speed = max(speed, fastest_around(slot, at.x, at.y));
     speed = min(speed + faster, kOneQ16);
     int amount = slip_amount(wedge, speed, failure.flow, slices);
     bool goes = shed_soil(slot, at.x, at.y, bottom, top, amount, kind, soil.curve, waits, failure, slices);
