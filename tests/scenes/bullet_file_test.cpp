@@ -267,6 +267,17 @@ TEST_F(BulletFileTest, cut_and_damaged_files_are_refused) {
         bad[at] = '\x7f';
         expect_refused(bad, "description " + std::to_string(at));
     }
+    // What Bullet would read with other sizes than its names say: no size of a pointer, one of
+    // three sizes of an array, a pointer by its second letter.
+    for (const auto& [name, other] : {std::pair<std::string, std::string>{"ListBase", "ListCase"},
+                                      {"m_padding[4]", "pad[2][2][1]"},
+                                      {"m_padding[4]", "m*padding[4]"}}) {
+        const size_t at = good.find(name, dna);
+        ASSERT_NE(at, std::string::npos) << name;
+        std::string bad = good;
+        bad.replace(at, name.size(), other);
+        expect_refused(bad, other);
+    }
     World other;
     EXPECT_FALSE(BulletFile::load(path + ".absent", other.world));
 }

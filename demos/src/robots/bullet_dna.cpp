@@ -17,6 +17,10 @@ const std::map<std::string, size_t, std::less<>> kBasicSizes{
     {"char", 1}, {"uchar", 1}, {"short", 2}, {"ushort", 2}, {"int", 4},
     {"long", 4}, {"ulong", 4}, {"float", 4}, {"double", 8}, {"void", 0}};
 
+/// Bullet takes half of this structure for the size of a pointer, and reads two sizes of an array.
+constexpr const char* kTwoPointers = "ListBase";
+constexpr int kDimensionsMost = 2;
+
 /// "*name", "**name", "name[3]", "name[3][3]" taken apart; false where it is none of these.
 bool read_name(std::string_view text, BulletDna::Field& field) {
     field.pointer_depth = 0;
@@ -27,8 +31,10 @@ bool read_name(std::string_view text, BulletDna::Field& field) {
     const size_t bracket = std::min(text.find('['), text.size());
     field.name = std::string(text.substr(0, bracket));
     text.remove_prefix(bracket);
+    if (field.name.find('*') != std::string::npos) return false;  // Bullet looks for one there
     field.count = 1;
-    while (!text.empty()) {
+    for (int dimension = 0; !text.empty(); ++dimension) {
+        if (dimension == kDimensionsMost) return false;
         const size_t end = text.find(']');
         size_t count = 0;
         if (text[0] != '[' || end == std::string_view::npos) return false;
@@ -113,6 +119,11 @@ Result<BulletDna> BulletDna::parse(std::string_view bytes, size_t pointer_size) 
                                ? 0
                                : structure.fields.back().offset + structure.fields.back().size;
         if (structure.size == 0 || end != structure.size) return damaged;
+    }
+    const auto pointers = dna.numbers.find(kTwoPointers);
+    if (pointers == dna.numbers.end() ||
+        dna.structures[static_cast<size_t>(pointers->second)].size != 2 * pointer_size) {
+        return damaged;
     }
     for (size_t s = 0; s < dna.structures.size(); ++s) {
         for (size_t f = 0; f < dna.structures[s].fields.size(); ++f) {
