@@ -278,6 +278,8 @@ TEST_F(BulletFileTest, cut_and_damaged_files_are_refused) {
         bad.replace(at, name.size(), other);
         expect_refused(bad, other);
     }
+    // Bullet would take the later one.
+    for (const std::string tag : {"DNA1", "SDNANAME"}) expect_refused(good + tag, "two " + tag);
     World other;
     EXPECT_FALSE(BulletFile::load(path + ".absent", other.world));
 }

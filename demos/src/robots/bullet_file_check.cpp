@@ -20,14 +20,12 @@
 namespace bsoil::scene {
 namespace {
 
-// The file: 12 bytes "BULLETf-v324" (f or d: precision; - or _: pointers of 8 or 4 bytes; v: little
-// endian; version), then blocks of code, size, old address, structure, count and content; the block
-// DNA1 describes the structures.
+// The file: "BULLETf-v324" (f or d: precision; - or _: pointers of 8 or 4 bytes; v: little endian;
+// version), blocks of code, size, old address, structure, count and content; DNA1 describes them.
 constexpr size_t kHeadBytes = 12;
 constexpr std::string_view kMagic = "BULLET";
 
-/// Shapes inside compounds inside compounds, and how many shapes there are once every compound has
-/// shapes of its own, as Bullet makes them.
+/// Compounds inside each other, and shapes, where each compound has its own as Bullet makes them.
 constexpr int kCompoundDepth = 32;
 constexpr int64_t kShapeCapacity = 100'000;
 
@@ -198,9 +196,11 @@ class Checker {
                 blocks_.push_back(block);
             }
         }
-        // Bullet takes the first place that looks like a description for it,
-        // and reads it by fours from there.
-        require(dna_at && all.find("SDNA") == *dna_at && *dna_at % 4 == 0);
+        // Bullet takes the last place that looks like a description for it, and reads it by fours.
+        require(dna_at && *dna_at % 4 == 0);
+        for (const char* tag : {"DNA1", "SDNA"}) {
+            if (all.find(tag) != all.rfind(tag)) refuse(fmt::format("must have {} once", tag));
+        }
         auto dna = BulletDna::parse(all.substr(*dna_at, dna_size), pointer_size_);
         if (!dna) refuse(dna.error());
         dna_ = std::move(*dna);
