@@ -66,6 +66,7 @@ int close_gaps(int first, int top, int end) {
 struct Slab {
     int low;        // voxels from here
     int high;       // to here
+    int rubbing;    // the highest with more than a crumb: it tells what holds the slab. A crumb has no cohesion, see is_bonded()
     int thickness;  // Q16 voxels of soil
     ivec2 speed;    // Q24 voxels a step: of short ones friction takes less than a unit of Q16
     int pace;       // length of that
@@ -93,6 +94,7 @@ ivec2 mean_speed(IN(MomentumSum) sum, int mass) {
 bool find_slab(int first, int top, OUT(Slab) slab) {
     slab.high = (top - 1) >> 16;
     slab.low = slab.high + 1;
+    slab.rubbing = slab.high;
     slab.thickness = 0;
     slab.speed = ivec2(0);
     slab.pace = 0;
@@ -112,8 +114,10 @@ bool find_slab(int first, int top, OUT(Slab) slab) {
     int mass = 0;
     for (int z = slab.low; z <= slab.high; ++z) {
         int voxel = first + z * kTileColumns;
+        int volume = state_at(kPlaneVolume, voxel);
         mass += mass_at(voxel);
-        slab.thickness += state_at(kPlaneVolume, voxel);
+        slab.thickness += volume;
+        if (volume > kWholeMost) slab.rubbing = z;
     }
     if (slab.thickness > kWholeMost && mass > 0) slab.speed = mean_speed(momentum, mass);
     return slab.low <= slab.high;
@@ -183,7 +187,7 @@ bool slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(S
     int lost = 0;
     if (slab.pace > 0) {
         int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
-        lost = lost_to_friction(source, slot, ivec3(x, y, slab.high), slope);
+        lost = lost_to_friction(source, slot, ivec3(x, y, slab.rubbing), slope);
         take_speed(slab, lost);
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
@@ -304,7 +308,7 @@ void slide_soil(int group, int lane) {
     if (!find_slab(first, top, slab)) return;
     ivec2 ahead = ivec2(slab.speed.x < 0 ? -1 : 1, slab.speed.y < 0 ? -1 : 1);  // to the columns that the slab slides to
     int source = first + slab.high * kTileColumns;
-    bool rubs = slow_slab(slot, x, y, top, source, ahead, slab);
+    bool rubs = slow_slab(slot, x, y, top, first + slab.rubbing * kTileColumns, ahead, slab);
     write_speed(first, slab);
     if (slab.speed.x == 0 && slab.speed.y == 0) return;
     mark_moved(source, source);

@@ -80,6 +80,16 @@ TEST(Rest, dust_on_a_ledge_is_not_set_in_motion) {
     EXPECT_EQ(units_in(*soil, 3, 4, 3), 1);
 }
 
+// A crumb on top of a slide has no cohesion, and leaves no share. It was asked what holds the soil
+// under it, which stands by cohesion and had no friction. By hand: friction takes up to 1,800
+// units of speed in a pass, and the soil has 8.
+TEST(Rest, a_slow_slide_under_a_crumb_stops) {
+    const auto soil = ledge(0);
+    put(*soil, 3, 4, 3, {.volume = 1});
+    put(*soil, 3, 4, 2, {.volume = kVoxelFull, .momentum_y = -31});
+    EXPECT_LT(steps_until_rest(*soil, 200), 10);
+}
+
 // A slope that stands by cohesion had no friction where it is steeper than phi: a thin layer on it
 // that had come with some speed kept it, too thin for a share to leave.
 TEST(Rest, a_thin_slide_stops_where_cohesion_holds) {
