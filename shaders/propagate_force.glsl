@@ -46,8 +46,9 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         int share = mul_q16(mul_q16(mul_q16(fraction, wx), wy), wz);
         int moved = mul_q16(held, share);
         // As of soil that falls. Trickles kept soil awake for minutes beside bodies that had come to rest. What a wall has caught
-        // leaves it to the last unit: of what a slow wall covers in a step there is no more.
-        if (share <= 0 || (held > kWholeMost && moved < kShareLeast && !is_caught(from))) continue;
+        // leaves it to the last unit: of what a slow wall covers in a step there is no more. Soil of more than a mass unit a volume
+        // unit can have a share of mass alone. That makes no room, and would go for good.
+        if (moved <= 0 || (held > kWholeMost && moved < kShareLeast && !is_caught(from))) continue;
         int to = voxel_at(slot, at.x + pick.x * side.x, at.y + pick.y * side.y,
                           at.z + pick.z * side.z);
         // Asked last, since it has a block dispatched: two on both sides of soil that nothing takes would keep each other awake.
