@@ -102,6 +102,14 @@ void run_on_gl(const WorldPlan& plan, Failures& failures) {
     }
 }
 
+/// What two soils hold to the last word: what only a later step hangs on, too.
+bool are_alike(const BuiltWorld& a, const BuiltWorld& b) {
+    const std::vector<bullet::SoilAction*> of_a = a.soils(), of_b = b.soils();
+    return std::ranges::equal(of_a, of_b, [](bullet::SoilAction* one, bullet::SoilAction* other) {
+        return one->soil().state() == other->soil().state();
+    });
+}
+
 /// Takes a snapshot in the middle of the action, loads it into a world built anew and compares what
 /// follows.
 void run_restored(const WorldPlan& plan, Failures& failures) {
@@ -125,6 +133,10 @@ void run_restored(const WorldPlan& plan, Failures& failures) {
         if (found != expected) {
             return failures.add("goes on", "world", saved.time_s(),
                                 fmt::format("{} {} steps on", hex(expected), i), hex(found));
+        }
+        if (!are_alike(saved, restored)) {
+            return failures.add("goes on", "soil", saved.time_s(), "the same state",
+                                fmt::format("another {} steps on", i));
         }
         saved.step();
         restored.step();

@@ -145,6 +145,9 @@ std::vector<BadField> bad_fields() {
     add("active block", [](Soil::Impl& s) { s.lists.restart({{-1, 1}}); });
     add("active block", [](Soil::Impl& s) { s.lists.restart({{int64_t{1} << 40, 1}}); });
     add("active block", [](Soil::Impl& s) { s.lists.restart({{0, s.step_index + 1}}); });
+    for (const BlockKey block : {int64_t{-1}, int64_t{1} << 40}) {
+        add("granted block", [block](Soil::Impl& s) { s.lists.restart({}, {&block, 1}); });
+    }
     add("id", with_ids([](std::vector<int>& ids) { ids.push_back(-2); }));
     add("id", with_ids([](std::vector<int>& ids) { ids.push_back(65535); }));
     add("bodies",
@@ -161,6 +164,10 @@ std::vector<BadField> bad_fields() {
     add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = -1; });
     add("top of a tile", [](Soil::Impl& s) { s.tiles[0]->top = 17; });
     add("last used", [](Soil::Impl& s) { s.tiles[0]->last_used_step = s.step_index + 1; });
+    for (const int blocks : {-1, 3}) {
+        add("looked at",
+            [blocks](Soil::Impl& s) { s.tiles.note_restored(s.tiles[0]->slot, blocks); });
+    }
     // Tiles asleep, one of which the grid's sides cut.
     const auto in_last_tile = [](int plane, int z, int column, int32_t value) {
         return [=](Soil::Impl& soil) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/kernels.h"
 #include "bsoil/limits.h"
@@ -71,6 +72,19 @@ void Passes::move(Kernel kernel, const ListedWork& work) {
     core_.stamps.begin_pass();
     run(kernel, work);
     run(Kernel::apply_flow, lists_.listed());
+}
+
+// What moves in tiles beside them asks for it. Stamp 0 is of no step: for all others these tiles
+// are not dispatched in this one. What they find of conditions has been noted before.
+void Passes::look_at_restored() {
+    if (lists_.restored().group_count == 0) return;
+    const int32_t step_stamp = std::exchange(core_.params.step_stamp, 0);
+    core_.stamps.begin_partial_look(Looker::support);
+    run(Kernel::find_support, lists_.restored());
+    core_.stamps.begin_partial_look(Looker::spans);
+    run(Kernel::build_spans, lists_.restored());
+    core_.params.step_stamp = step_stamp;
+    core_.device->fill_zero(Buffer::result, 0, kResultHeader);
 }
 
 void Passes::voxelize() {

@@ -16,6 +16,8 @@ class Passes {
     /// Once the definition is known: how fast slopes relax.
     void start();
 
+    /// At the start of a step: finds what kernels remember of the columns of WorkLists::restored().
+    void look_at_restored();
     void voxelize();         ///< Algorithm 1 of the thesis, step 1
     void apply_force();      ///< thesis (18), its first step
     void propagate_force();  ///< thesis (18), one iteration

@@ -36,6 +36,8 @@ void SoilSnapshot::take_awake(int index, SavedTile& saved) const {
     saved.kept = pack_tile(voxels);
     saved.bodies = pack_tile(bodies);
     saved.last_used_step = tile.last_used_step;
+    saved.edited = s_.tiles.is_edited(tile.slot);
+    saved.looked_blocks = s_.tiles.looked_blocks(tile.slot);
 }
 
 SavedSoil SoilSnapshot::take() const {
@@ -54,6 +56,7 @@ SavedSoil SoilSnapshot::take() const {
     for (const auto& [block, changed] : s_.lists.active()) out.active.push_back({block, changed});
     std::sort(out.active.begin(), out.active.end(),
               [](const SavedActive& a, const SavedActive& b) { return a.block < b.block; });
+    out.granted = s_.lists.granted();
     out.body_ids.assign(s_.bodies.ids().begin(), s_.bodies.ids().end());
     for (const auto& [id, track] : s_.bodies.tracks()) {
         out.tracks.push_back({id, track.index, track});
@@ -110,7 +113,7 @@ void SoilSnapshot::put(const SavedSoil& saved) {
     s_.params.step_stamp = saved.step_stamp;
     std::unordered_map<BlockKey, int64_t> active;
     for (const SavedActive& a : saved.active) active[a.block] = a.changed;
-    s_.lists.restart(std::move(active));
+    s_.lists.restart(std::move(active), saved.granted);
     std::unordered_map<int, BodyTrack> tracks;
     for (const SavedTrack& t : saved.tracks) {
         tracks[t.id] = t.track;
@@ -169,8 +172,8 @@ void SoilSnapshot::put_awake(const SavedTile& tile) {
     s_.device->write(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, slot),
                      tile.surface);
     s_.tiles.note_stale(slot, true);
-    s_.tiles.note_edited(slot);  // it may have been, and to look at all of it changes no result
-    if (tile.unchecked) s_.tiles.look_anew(slot);  // since it was filled no step has looked at it
+    if (tile.edited) s_.tiles.look_anew(slot);
+    s_.tiles.note_restored(slot, tile.looked_blocks);
 }
 
 std::vector<uint8_t> Soil::state() const {

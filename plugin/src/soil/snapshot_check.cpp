@@ -371,6 +371,10 @@ Status SoilSnapshot::check_awake(const SavedTile& tile, const SavedSoil& saved,
         return damaged("tile {} was last used in step {} of {}", tile.index, tile.last_used_step,
                        saved.step_index);
     }
+    if (tile.looked_blocks < 0 || tile.looked_blocks > s_.blocks_per_tile) {
+        return damaged("tile {} was looked at up to block {} of {}", tile.index, tile.looked_blocks,
+                       s_.blocks_per_tile);
+    }
     if (!unpack_tile(tile.bodies, bodies)) {
         return damaged("bytes of the bodies in tile {} are no voxels", tile.index);
     }
@@ -421,6 +425,7 @@ Status SoilSnapshot::check_state(const SavedSoil& saved) const {
         blocks.push_back(a.block);
     }
     if (!are_blocks_sound(blocks)) return damaged("an active block is outside of the grid");
+    if (!are_blocks_sound(saved.granted)) return damaged("a granted block is outside of the grid");
     if (Status status = check_bodies(saved); !status) return status;
     if (Status status = check_flows(saved); !status) return status;
     TileVoxels kept, bodies;

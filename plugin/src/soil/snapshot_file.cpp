@@ -23,8 +23,9 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 22: where bodies left their loads, which are refused, whether time has passed with a soil off.
-constexpr uint32_t kVersion = 22;
+// 23: how far up steps have looked at tiles, which of them they look at next, what banks were
+// granted.
+constexpr uint32_t kVersion = 23;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

@@ -37,12 +37,14 @@ struct SavedTile {
     std::vector<uint8_t> ground, buried;  ///< packed; see Tile
     // Of an awake tile:
     int64_t last_used_step = 0;
+    bool edited = false;  ///< see TileTable::is_edited()
+    int32_t looked_blocks = 0;
     std::vector<uint8_t> bodies;            ///< packed; see kBodyPlanes
     std::vector<int32_t> columns, surface;  ///< see Buffer::spans
 
     void list(StateStream& stream) {
         stream(index, top, unchecked, awake, kept, ground, buried);
-        if (awake) stream(last_used_step, bodies, columns, surface);
+        if (awake) stream(last_used_step, edited, looked_blocks, bodies, columns, surface);
     }
 };
 
@@ -100,6 +102,7 @@ struct SavedSoil {
     bool any_unchecked = false;
     std::vector<Condition> conditions;
     std::vector<SavedActive> active;
+    std::vector<BlockKey> granted;
     std::vector<int32_t> body_ids;
     std::vector<SavedTrack> tracks;
     std::vector<SavedTile> tiles;
@@ -116,7 +119,7 @@ struct SavedSoil {
                any_unchecked);
         stream.list(conditions, 61, [&](Condition& c) { bsoil::list(stream, c); });
         stream.list(active, 16, [&](SavedActive& a) { stream(a.block, a.changed); });
-        stream(body_ids);
+        stream(granted, body_ids);
         stream.list(tracks, 140, [&](SavedTrack& t) { t.list(stream); });
         stream.list(tiles, 38, [&](SavedTile& t) { t.list(stream); });
         stream.list(flows, 49, [&](SavedFlow& f) { f.list(stream); });

@@ -155,6 +155,7 @@ void Soil::Impl::run_piece(StepPiece piece) {
                 shapes.upload(bodies.in_step(), bodies.ids(),
                               static_cast<double>(piece.part + 1) / substeps.of_bodies);
                 lists.build_pairs(shapes);
+                if (piece.part == 0) passes.look_at_restored();
                 passes.voxelize();
             }
             break;

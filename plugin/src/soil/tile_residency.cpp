@@ -67,7 +67,7 @@ bool TileTable::take_slot(int index) {
     tiles_[index]->slot = slot;
     slot_tile_[slot] = index;
     woken_step_[slot] = core_.step_index;
-    is_edited_[static_cast<size_t>(slot)] = false;
+    is_edited_[static_cast<size_t>(slot)] = is_restored_[static_cast<size_t>(slot)] = false;
     is_dirty_ = true;
     note_edit();
     return true;

@@ -159,6 +159,7 @@ Status TileTable::allocate_slots(int count) {
     slot_tile_.resize(count, -1);
     woken_step_.resize(count, 0);
     is_edited_.resize(static_cast<size_t>(count), false);
+    is_restored_.resize(static_cast<size_t>(count), false);
     filled_levels_.resize(count, kNeverUsed);
     looked_step_.resize(count, -1);
     looked_blocks_.resize(count, 0);
@@ -241,6 +242,11 @@ void TileTable::note_look(int slot, int blocks_up) {
     step = core_.step_index;
     blocks = blocks_up;
     is_edited_[static_cast<size_t>(slot)] = false;
+}
+
+void TileTable::forget_restored() {
+    is_restored_.assign(is_restored_.size(), false);
+    any_restored_ = false;
 }
 
 void TileTable::write_columns(int slot, int array, int32_t word) {
@@ -399,6 +405,7 @@ void TileTable::clear() {
     free_slots_.clear();
     for (int slot = slot_count_ - 1; slot >= 0; --slot) free_slots_.push_back(slot);
     std::ranges::fill(woken_step_, 0);
+    forget_restored();
     is_dirty_ = true;
     core_.device->fill_zero(Buffer::block_flags, 0, kFlagArrays * block_count());
     forget_stamps();

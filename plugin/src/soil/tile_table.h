@@ -127,10 +127,20 @@ class TileTable {
         woken_step_[static_cast<size_t>(slot)] = core_.step_index;
         is_edited_[static_cast<size_t>(slot)] = true;
     }
-    /// The next step looks at all of it.
-    void note_edited(int slot) { is_edited_[static_cast<size_t>(slot)] = true; }
-    /// look_anew() or note_edited(), and no step has looked since.
+    /// look_anew(), and no step has looked since.
     bool is_edited(int slot) const { return is_edited_[static_cast<size_t>(slot)]; }
+    /// Blocks up to which a step has last looked at its columns.
+    int looked_blocks(int slot) const { return looked_blocks_[static_cast<size_t>(slot)]; }
+    /// Out of a snapshot: what was known of its columns is to be found anew, as far up as a step
+    /// had looked.
+    void note_restored(int slot, int looked_blocks) {
+        is_restored_[static_cast<size_t>(slot)] = any_restored_ = true;
+        looked_blocks_[static_cast<size_t>(slot)] = looked_blocks;
+    }
+    bool is_restored(int slot) const { return is_restored_[static_cast<size_t>(slot)]; }
+    bool any_restored() const { return any_restored_; }
+    /// A step looks at all of them.
+    void forget_restored();
     /// Slopes, supports and spans of all tiles, awake or asleep: what soil does has changed.
     void look_anew_at_all();
     /// Waits for the device once.
@@ -233,6 +243,8 @@ class TileTable {
     bool is_dirty_ = false;
     std::vector<int64_t> woken_step_;  ///< by slot: when it woke
     std::vector<bool> is_edited_;      ///< by slot
+    std::vector<bool> is_restored_;    ///< by slot
+    bool any_restored_ = false;
     /// By slot: above so many levels its kept planes are zero while no tile has it; kNeverUsed: all
     /// of its words are.
     std::vector<int> filled_levels_;

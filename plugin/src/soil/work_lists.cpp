@@ -348,6 +348,7 @@ void WorkLists::build() {
         }
         builder.end_tile();
     }
+    list_restored();
     used_ = words_.size();
     // Nobody else sets them, and what is allocated anew is zero.
     const bool lists_any = listed_.group_count > 0;
@@ -357,6 +358,26 @@ void WorkLists::build() {
                             listed_flags_);
     }
     device_lists_any_ = lists_any;
+}
+
+// Once after a load. A step that slipped in them, too, would go on otherwise than the saved run:
+// dust that never leaves a steep slope counts where it is looked at (kResultSlope).
+void WorkLists::list_restored() {
+    WorkListBuilder builder(restored_, words_);
+    if (!tiles_.any_restored()) return;
+    const std::span<const int> slot_tile = tiles_.slot_tiles();
+    std::vector<bool> is_listed(slot_tile.size(), false);
+    for (int i = 0; i < tile_.group_count; ++i) {
+        const int32_t entry = words_[static_cast<size_t>(tile_.list_offset + i)];
+        is_listed[static_cast<size_t>(entry / kTileWord / kTileWord)] = true;
+    }
+    for (int slot = 0; slot < tiles_.slot_count(); ++slot) {
+        if (is_listed[static_cast<size_t>(slot)] || !tiles_.is_restored(slot)) continue;
+        builder.begin_tile(slot_tile[slot] % core_.tiles_x, slot_tile[slot] / core_.tiles_x);
+        builder.add(slot * kTileWord * kTileWord + tiles_.looked_blocks(slot));
+        builder.end_tile();
+    }
+    tiles_.forget_restored();
 }
 
 void WorkLists::add_list(ListedWork& list, std::span<const std::pair<int32_t, int32_t>> groups) {
@@ -424,9 +445,10 @@ void WorkLists::build_pairs(const ShapeUpload& shapes) {
     uploaded_ = used_;
 }
 
-void WorkLists::restart(std::unordered_map<BlockKey, int64_t> active) {
+void WorkLists::restart(std::unordered_map<BlockKey, int64_t> active,
+                        std::span<const BlockKey> granted) {
     active_ = std::move(active);
-    granted_.clear();
+    granted_.assign(granted.begin(), granted.end());
     keep_room_for(listed_step_.size());
     for (auto* steps : {&listed_step_, &rebuild_step_, &contact_step_}) {
         std::ranges::fill(*steps, 0);

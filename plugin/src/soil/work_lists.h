@@ -27,12 +27,13 @@ class WorkLists {
     /// For a bank that may fail over this block: see grant_asked().
     void ask(BlockKey block) { asked_.push_back(block); }
     /// Activates all that was asked for, if any of it was not before, since anything but banks made
-    /// a block active. Else the same would come of it, which is nothing. Not in snapshots: there it
-    /// is looked at once more.
+    /// a block active. Else the same would come of it, which is nothing.
     void grant_asked();
     bool is_active(BlockKey block) const { return active_.count(block) != 0; }
     /// Active blocks, and the step in which each last changed.
     const std::unordered_map<BlockKey, int64_t>& active() const { return active_; }
+    /// Blocks that banks have been granted, sorted; since anything but banks made a block active.
+    const std::vector<BlockKey>& granted() const { return granted_; }
     /// Of the step in progress, before its kernels ran.
     int active_count() const { return active_count_; }
 
@@ -67,11 +68,12 @@ class WorkLists {
                            static_cast<size_t>(zb);
         return listed_step_[block] == core_.step_index;
     }
-    const ListedWork& listed() const { return listed_; }     ///< soil may move
-    const ListedWork& tiles() const { return tile_; }        ///< tiles with a listed block
-    const ListedWork& rebuild() const { return rebuild_; }   ///< coverage is made anew
-    const ListedWork& pairs() const { return pair_; }        ///< these with a shape each
-    const ListedWork& contacts() const { return contact_; }  ///< at bodies that move
+    const ListedWork& listed() const { return listed_; }      ///< soil may move
+    const ListedWork& tiles() const { return tile_; }         ///< tiles with a listed block
+    const ListedWork& restored() const { return restored_; }  ///< others: TileTable::is_restored()
+    const ListedWork& rebuild() const { return rebuild_; }    ///< coverage is made anew
+    const ListedWork& pairs() const { return pair_; }         ///< these with a shape each
+    const ListedWork& contacts() const { return contact_; }   ///< at bodies that move
     const ListedWork& small_bodies() const { return small_body_; }
 
     /// A kernel has something to do.
@@ -79,8 +81,9 @@ class WorkLists {
         return listed_.group_count + rebuild_.group_count + tile_.group_count > 0;
     }
 
-    /// Forgets all marks; these are the active blocks.
-    void restart(std::unordered_map<BlockKey, int64_t> active);
+    /// Forgets all marks; these blocks are active, and these have been granted.
+    void restart(std::unordered_map<BlockKey, int64_t> active,
+                 std::span<const BlockKey> granted = {});
 
   private:
     void make_active(BlockKey block);
@@ -91,6 +94,7 @@ class WorkLists {
                       std::vector<BlockKey>& blocks);
     bool touches(const StepBody& body, BlockKey key) const;
     void mark_contacts(std::span<const BlockKey> blocks);
+    void list_restored();
     void fit();
     /// So that a step allocates nothing for the blocks that get active in it.
     void keep_room_for(size_t block_count);
@@ -99,9 +103,9 @@ class WorkLists {
     TileTable& tiles_;
     std::unordered_map<BlockKey, int64_t> active_;
     std::vector<BlockKey> asked_;
-    std::vector<BlockKey> granted_;  ///< sorted; since anything but banks made a block active
+    std::vector<BlockKey> granted_;
     int active_count_ = 0;
-    ListedWork listed_, tile_, rebuild_, pair_, contact_, small_body_;
+    ListedWork listed_, tile_, restored_, rebuild_, pair_, contact_, small_body_;
     /// By device block: the last step it was in that list.
     std::vector<int64_t> listed_step_, rebuild_step_, contact_step_;
     size_t capacity_ = 0;  ///< of Buffer::block_list
