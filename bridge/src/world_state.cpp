@@ -1,5 +1,6 @@
 #include "world_state.h"
 
+#include <BulletDynamics/ConstraintSolver/btConeTwistConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
@@ -37,6 +38,7 @@ EXPOSE(GravityForce, &btRigidBody::m_gravity);
 EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
 EXPOSE(TotalForce, &btRigidBody::m_totalForce);
 EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
+EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
 EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
 EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 #undef EXPOSE
@@ -160,11 +162,7 @@ void WorldState::serialize_multibody(btMultiBody& m) {
     btQuaternion rotation = m.getWorldToBaseRot();
     bool awake = m.isAwake();
     list(stream_, position);
-    for (int i = 0; i < 4; ++i) {
-        btScalar part = rotation[i];
-        stream_(part);
-        rotation[i] = part;
-    }
+    list(stream_, rotation);
     list(stream_, force);
     list(stream_, torque);
     stream_(awake);
@@ -228,6 +226,14 @@ void WorldState::serialize_constraint(btTypedConstraint& constraint) {
             stream_(angle);
             if (stream_.reads()) turns->setAccumulatedHingeAngle(angle);
         }
+    } else if (auto* cone = dynamic_cast<btConeTwistConstraint*>(&constraint)) {
+        bool on = cone->isMotorEnabled(), is_normalized = cone->isMaxMotorImpulseNormalized();
+        btScalar most = cone->getMaxMotorImpulse();
+        stream_(on, is_normalized, most);
+        list(stream_, cone->*member(ConeTwistTarget{}));
+        if (!stream_.reads()) return;
+        cone->enableMotor(on);
+        is_normalized ? cone->setMaxMotorImpulseNormalized(most) : cone->setMaxMotorImpulse(most);
     } else if (auto* slider = dynamic_cast<btSliderConstraint*>(&constraint)) {
         bool linear_on = slider->getPoweredLinMotor(), angular_on = slider->getPoweredAngMotor();
         btScalar values[] = {slider->getTargetLinMotorVelocity(), slider->getMaxLinMotorForce(),

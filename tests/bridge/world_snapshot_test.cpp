@@ -355,6 +355,33 @@ TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load
     EXPECT_EQ(restored->checksum(), saved->checksum());
 }
 
+/// An arm on a cone twist joint, whose motor is commanded once to turn it aside.
+std::unique_ptr<TestWorld> build_arm() {
+    auto w = std::make_unique<TestWorld>();
+    btRigidBody& post = w->scene.add_box(0, {0.1f, 1, 0.1f}, {0, 1, 0});
+    btRigidBody& arm = w->scene.add_box(5, {0.1f, 0.5f, 0.1f}, {0, 3, 0});
+    btTransform on_post = btTransform::getIdentity(), on_arm = btTransform::getIdentity();
+    on_post.setOrigin(btVector3(0, 1.25f, 0));
+    on_arm.setOrigin(btVector3(0, -0.75f, 0));
+    auto joint = std::make_unique<btConeTwistConstraint>(post, arm, on_post, on_arm);
+    joint->setLimit(1, 1, 1);
+    w->world().addConstraint(joint.get(), true);
+    w->constraints.push_back(std::move(joint));
+    w->command = [](TestWorld& t) {
+        if (t.frame != 5) return;
+        auto& cone = static_cast<btConeTwistConstraint&>(*t.constraints[0]);
+        cone.enableMotor(true);
+        cone.setMaxMotorImpulseNormalized(2);
+        cone.setMotorTarget(btQuaternion(btVector3(0, 0, 1), 0.5f));
+    };
+    return w;
+}
+
+// It was commanded before, and the restored joint hung loose.
+TEST_F(WorldSnapshot, the_motor_of_a_cone_twist_joint_goes_on) {
+    expect_goes_on(build_arm, 20, 40);
+}
+
 // It held a scoop as heavy as it is with its load, and fitted no world.
 TEST_F(WorldSnapshot, a_soil_may_be_saved_after_a_look_for_contacts) {
     const auto w = build_machine();
