@@ -133,6 +133,7 @@ struct CouplingSnapshot::Memory {
     std::vector<Body> bodies;
     std::vector<CoupledBody> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
+    std::vector<std::pair<int, Vec3>> felt_n;  ///< of loads, for reports
     std::vector<std::pair<int, FirstContacts::Falling>> falling;
     std::vector<VehicleMemory> vehicles;
     std::vector<GroundSurface::MetTile> surface;
@@ -333,6 +334,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
     for (const auto& [id, loaded] : parts.carried.loaded_) {
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
     }
+    m.felt_n.assign(parts.carried.felt_n_.begin(), parts.carried.felt_n_.end());
     m.falling.assign(parts.first_contacts.bodies_.begin(), parts.first_contacts.bodies_.end());
     for (const VehicleOnSoil* wheels : parts.vehicles.attached()) {
         m.vehicles.push_back(wheels->memory());
@@ -349,6 +351,10 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
                 [&](CoupledBody& coupled) { Memory::list_coupled(stream, world, coupled); });
     stream.list(m.loaded, 200,
                 [&](CarriedLoads::Loaded& loaded) { Memory::list_loaded(stream, world, loaded); });
+    stream.list(m.felt_n, 28, [&](auto& felt) {
+        stream(felt.first, felt.second);
+        if (felt.first < 0 || felt.first > limits::kBodyIdMost) stream.refuse();
+    });
     stream.list(m.falling, 88, [&](auto& entry) { Memory::list_falling(stream, entry); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
     stream.list(m.surface, 528,
@@ -477,6 +483,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         remember_identity(loaded.body);
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
+    parts.carried.felt_n_ = {m.felt_n.begin(), m.felt_n.end()};
     parts.first_contacts.bodies_ = {m.falling.begin(), m.falling.end()};
     const std::vector<VehicleOnSoil*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);

@@ -181,10 +181,7 @@ BodyReport SoilAction::body_report(const btCollisionObject& object) const {
         const Vec3 weight_n = (load.held_kg - load.mass_kg) * def.gravity_m_s2 * up_of(def);
         out.load_n = weight_n - load.impulse_n_s * (1 / def.step_s);
     }
-    for (const BodyState& body : impl_->collector.bodies()) {
-        const bool feels = body.role == BodyRole::rigid || body.role == BodyRole::link;
-        if (body.id == id && feels && !body.is_asleep) out.load_n = impl_->carried.felt_n(id);
-    }
+    if (std::ranges::count(impl_->feeling, id) > 0) out.load_n = impl_->carried.felt_n(id);
     return out;
 }
 
@@ -228,6 +225,7 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
         d.pause();
         // What it refuses goes on lying on ground().
         d.collector.collect(*d.world, 0);
+        d.note_feeling();
         d.is_paused = true;
     }
 }
@@ -321,10 +319,19 @@ void SoilAction::Impl::look_at_world() {
         vehicles->meet_anew();
     }
     collector.collect(*world, uncollected_s);
+    note_feeling();
     vehicles->show_wheels();
     coupling.set_bodies(collector.bodies());  // all of them: each that is added may move the list
     uncollected_s = 0;
     if (!has_gravity_of(*world, soil->def())) soil->set_status(StatusBit::gravity_differs);
+}
+
+void SoilAction::Impl::note_feeling() {
+    feeling.clear();
+    for (const BodyState& body : collector.bodies()) {
+        const bool feels = body.role == BodyRole::rigid || body.role == BodyRole::link;
+        if (feels && !body.is_asleep) feeling.push_back(body.id);
+    }
 }
 
 /// What the last soil steps found goes to the bodies.

@@ -57,6 +57,7 @@ struct SoilAction::Impl {
     void step_soil(double substep_s);
     Result<SettleReport> settle(int steps_max);
     void look_at_world();
+    void note_feeling();
     void note_step(bool has_begun);
     void keep_stepped();
     void take_report(bool are_contacts_unchanged);
@@ -97,10 +98,11 @@ struct SoilAction::Impl {
     long long step_count = 0;
     StepReport report;                   ///< see current_report()
     std::vector<BodyLoad> report_loads;  ///< of it
-    uint64_t known_state_revision = 0;   ///< of the soil when it was kept
-    bool was_stepping = false;           ///< the soil then
-    std::vector<BodyState> stepped;      ///< as the step in progress saw them
-    bool is_stepped_new = false;         ///< it began in this substep
+    std::vector<int> feeling;  ///< bodies that feel their loads, as of the last look at the world
+    uint64_t known_state_revision = 0;  ///< of the soil when it was kept
+    bool was_stepping = false;          ///< the soil then
+    std::vector<BodyState> stepped;     ///< as the step in progress saw them
+    bool is_stepped_new = false;        ///< it began in this substep
     /// As the step saw them whose contacts are to be taken; none: no step is through.
     std::optional<std::span<const BodyState>> contact_bodies;
     bool are_contacts_fresh = true;  ///< it began and ended in one call

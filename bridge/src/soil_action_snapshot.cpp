@@ -40,7 +40,7 @@ Result<std::vector<SnapshotSection>> SnapshotAccess::sections(const SoilAction& 
     std::vector<ObjectKind> kinds = object_kinds(*d.world);
     stream.list(kinds, 1, [&](ObjectKind& kind) { kind.list(stream); });
     stream(d.unstepped_s, d.uncollected_s, d.step_count, d.enabled, d.is_paused,
-           d.world_tells_substeps);
+           d.world_tells_substeps, d.feeling);
     StepReport report = d.current_report();
     std::vector<BodyLoad> loads(report.loads.begin(), report.loads.end());
     list(stream, report, loads);
@@ -72,6 +72,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         long long step_count = 0;
         bool enabled = true, is_paused = false, world_tells_substeps = true;
         StepReport report;
+        std::vector<int> feeling;
         std::vector<BodyLoad> loads;
         CouplingSnapshot memory;
     };
@@ -82,7 +83,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
     if (!stream.good()) return Error{std::string("is damaged") + kTakeAnotherCopy};
     if (const Status same = check_same_objects(kinds, *d.world); !same) return Error{same.error()};
     stream(saved->unstepped_s, saved->uncollected_s, saved->step_count, saved->enabled,
-           saved->is_paused, saved->world_tells_substeps);
+           saved->is_paused, saved->world_tells_substeps, saved->feeling);
     list(stream, saved->report, saved->loads);
     saved->memory.serialize(stream, *d.world);
     const double step_s = d.soil->def().step_s;
@@ -107,6 +108,7 @@ Result<std::function<void()>> SnapshotAccess::prepare(SoilAction& action,
         d.enabled = saved->enabled;
         d.is_paused = saved->is_paused;
         d.world_tells_substeps = saved->world_tells_substeps;
+        d.feeling = saved->feeling;
         d.report = saved->report;
         d.report.loads = saved->loads;
         d.report.conditions = d.soil->conditions();

@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "snapshot_worlds.h"
 
@@ -353,6 +354,19 @@ TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load
         w->step();
     }
     EXPECT_EQ(restored->checksum(), saved->checksum());
+}
+
+// Until the next substep it was that of a driven body.
+TEST_F(WorldSnapshot, reports_know_what_a_body_feels_of_its_load) {
+    const auto saved = build_machine(), restored = build_machine();
+    saved->run(30);
+    ASSERT_TRUE(saved->save(path("a")));
+    ASSERT_TRUE(restored->load(path("a")));
+    const Vec3 felt_n = saved->soil->body_report(*saved->scene.bodies[3]).load_n;
+    ASSERT_LT(felt_n.y, -5 * 9.8) << "it carries more than 5 kg";
+    const Vec3 found_n = restored->soil->body_report(*restored->scene.bodies[3]).load_n;
+    EXPECT_EQ(std::tuple(found_n.x, found_n.y, found_n.z),
+              std::tuple(felt_n.x, felt_n.y, felt_n.z));
 }
 
 /// An arm on a cone twist joint, whose motor is commanded once to turn it aside.
