@@ -85,8 +85,8 @@ class BuiltWorld {
     double joint_work_j() const { return joint_work_j_; }
     /// What Bullet's contacts have done so far to take bodies apart that overlap.
     double contact_work_j() const { return contact_work_j_; }
-    /// What soil has done on bodies so far that sources have poured: with its speed, and with the
-    /// speed that it fell with.
+    /// What soil has done on bodies so far that sources have poured or wind blows: with its speed,
+    /// and with the speed that it fell with.
     double poured_work_j() const { return poured_work_j_; }
     /// Of every pose, velocity and soil, to the bit.
     uint64_t checksum() const;

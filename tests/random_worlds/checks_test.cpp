@@ -134,12 +134,12 @@ void pour_on(WorldPlan& plan, Vec3 at_m) {
     plan.soils[0].flows.push_back(flow);
 }
 
-/// All that the bodies gain in eight steps is work of what is poured on them.
-void expect_poured_work_counted(const WorldPlan& plan) {
-    EXPECT_EQ(failures_of(make_energy_check, plan, 8), "");
+/// All that the bodies gain in so many steps is work of what is poured on them or blown.
+void expect_poured_work_counted(const WorldPlan& plan, int steps = 8) {
+    EXPECT_EQ(failures_of(make_energy_check, plan, steps), "");
     BuiltWorld world(plan);
     const double before_j = energy_j(world, moving_parts(world));
-    for (int i = 0; i < 8; ++i) world.step();
+    for (int i = 0; i < steps; ++i) world.step();
     const double gained_j = energy_j(world, moving_parts(world)) - before_j;
     EXPECT_GT(gained_j, 1);
     EXPECT_NEAR(world.poured_work_j() / gained_j, 1, 0.2);
@@ -160,6 +160,18 @@ TEST(EnergyCheck, counts_what_poured_soil_does_on_a_chain) {
     plan.chains.push_back(chain);
     pour_on(plan, {0.3, 0.5, 0.7});
     expect_poured_work_counted(plan);
+}
+
+// Random world 940057. Wind blows what hangs under a box up against it, and the box along.
+TEST(EnergyCheck, counts_what_wind_does_by_blown_soil) {
+    WorldPlan plan = bed(0);
+    SoilPlan& soil = plan.soils[0];
+    soil.def.materials[0].fall_speed_m_s = 0.2;
+    soil.def.wind_m_s = {0, 0, 11};
+    soil.fills.push_back({.low_m = {0.3, 0.3, 0.2}, .high_m = {0.7, 0.7, 0.4}});
+    plan.bodies.push_back(box_at({0.5, 0.5, 0.6}, {0.1, 0.1, 0.05}, BodyPlan::Kind::moving));
+    plan.bodies[0].velocity_m_s = {0, 0, 1};
+    expect_poured_work_counted(plan, 12);
 }
 
 // A joint between 40 g and 700 kg on the floor below: what it does is nothing to the soil.
