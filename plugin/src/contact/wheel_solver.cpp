@@ -131,24 +131,31 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
         wheel.engine_force_n == 0 ? std::max(0.0, wheel.brake_n_s) * wheel.radius_m : 0;
 
     const double infinity = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < kIterations; ++i) {
-        solver.solve(engine, std::min(0.0, engine_n_m_s), std::max(0.0, engine_n_m_s));
-        solver.solve(brake, -brake_n_m_s, brake_n_m_s);
-        for (size_t p = 0; p < patches.size(); ++p) {
-            const ContactPatch& patch = contact.patches[p];
-            auto& [normal, first, second] = patches[p].rows;
-            solver.solve(normal, 0, patch.normal_limit_n * substep_s);
-            const double most = patch.shear_share *
-                                (patch.friction * normal.impulse + patch.adhesion_n * substep_s);
-            const double a = solver.wanted(first), b = solver.wanted(second);
-            const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
-            solver.apply(first, scale * a);
-            solver.apply(second, scale * b);
+    const auto iterate = [&](bool has_end) {
+        for (int i = 0; i < kIterations; ++i) {
+            solver.solve(engine, std::min(0.0, engine_n_m_s), std::max(0.0, engine_n_m_s));
+            solver.solve(brake, -brake_n_m_s, brake_n_m_s);
+            for (size_t p = 0; p < patches.size(); ++p) {
+                const ContactPatch& patch = contact.patches[p];
+                auto& [normal, first, second] = patches[p].rows;
+                solver.solve(normal, 0, patch.normal_limit_n * substep_s);
+                const double most = patch.shear_share * (patch.friction * normal.impulse +
+                                                         patch.adhesion_n * substep_s);
+                const double a = solver.wanted(first), b = solver.wanted(second);
+                const double scale = std::min(1.0, most / std::max(std::hypot(a, b), 1e-30));
+                solver.apply(first, scale * a);
+                solver.apply(second, scale * b);
+            }
+            if (stiffens) solver.solve(stiffening, 0, infinity);
+            solver.solve(lowest, 0, infinity);
+            if (has_end) solver.solve(highest, 0, infinity);
         }
-        if (stiffens) solver.solve(stiffening, 0, infinity);
-        solver.solve(lowest, 0, infinity);
-        solver.solve(highest, 0, infinity);
-    }
+    };
+    // First without the end that the soil pushes the wheel to. The chassis feels nothing of what
+    // that holds: all that a round of the patches gives too much it would keep, and the soil would
+    // report.
+    iterate(false);
+    if (solver.wanted(highest) > 0) iterate(true);
 
     WheelForces out;
     out.rise_m_s = solver.speed[kRise];
