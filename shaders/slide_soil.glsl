@@ -176,22 +176,18 @@ int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Sla
                  kSlideSteepest);
 }
 
-// What bars the way takes the momentum along it, friction and drag take their part; whether friction takes any. ahead: see
-// slide_soil().
-bool slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
+// What bars the way takes the momentum along it, friction and drag take their part. ahead: see slide_soil().
+void slow_slab(int slot, int x, int y, int top, int source, ivec2 ahead, INOUT(Slab) slab) {
     ivec2 drop = ivec2(slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness),
                        slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness));
     if (drop.x == kSlideWall) drop.x = slab.speed.x = 0;
     if (drop.y == kSlideWall) drop.y = slab.speed.y = 0;
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
-    int lost = 0;
     if (slab.pace > 0) {
         int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
-        lost = lost_to_friction(source, slot, ivec3(x, y, slab.rubbing), slope);
-        take_speed(slab, lost);
+        take_speed(slab, lost_to_friction(source, slot, ivec3(x, y, slab.rubbing), slope));
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
-    return lost > 0;
 }
 
 void write_speed(int first, IN(Slab) slab) {
@@ -308,7 +304,7 @@ void slide_soil(int group, int lane) {
     if (!find_slab(first, top, slab)) return;
     ivec2 ahead = ivec2(slab.speed.x < 0 ? -1 : 1, slab.speed.y < 0 ? -1 : 1);  // to the columns that the slab slides to
     int source = first + slab.high * kTileColumns;
-    bool rubs = slow_slab(slot, x, y, top, first + slab.rubbing * kTileColumns, ahead, slab);
+    slow_slab(slot, x, y, top, first + slab.rubbing * kTileColumns, ahead, slab);
     write_speed(first, slab);
     if (slab.speed.x == 0 && slab.speed.y == 0) return;
     mark_moved(source, source);
@@ -317,9 +313,10 @@ void slide_soil(int group, int lane) {
     Arrivals arrivals;
     int wanted = find_arrivals(slot, x, y, top, ahead, slab, arrivals);
     bool goes = wanted > 0 && shift_slab(slot, x, y, first, ahead, slab, wanted, arrivals);
-    // Too slow for a share to leave, and without friction: unless slip_soil drives it, it would be in motion for good. That may see
-    // another slope: the edge of a ledge is as high as what lies on it.
-    if (!goes && !rubs && spans[column_word(kColumnSlides, column)] == 0) {
+    // Too slow for a share to leave: unless slip_soil drives it, it is at rest. Without friction it would be in motion for good,
+    // and with little for long: a unit of momentum goes in a pass, or none. What slip_soil sees may be another slope: the edge of
+    // a ledge is as high as what lies on it.
+    if (!goes && spans[column_word(kColumnSlides, column)] == 0) {
         slab.speed = ivec2(0);
         write_speed(first, slab);
     }
