@@ -22,6 +22,7 @@ void SoilSnapshot::take_awake(int index, SavedTile& saved) const {
     bodies.reset(s_.height, kBodyPlaneCount);
     saved.columns.resize(static_cast<size_t>(kTileColumns) * kColumnWords);
     saved.surface.resize(kTileColumns);
+    saved.hollows.resize(kTileColumns);
     std::vector<device::ReadRange> ranges;
     s_.tiles.want_voxels(index, kAllPlanes, voxels, ranges);
     const auto words = static_cast<size_t>(s_.params.tile_voxels);
@@ -32,6 +33,8 @@ void SoilSnapshot::take_awake(int index, SavedTile& saved) const {
     ranges.push_back({Buffer::spans, s_.tiles.spans_offset(tile.slot), saved.columns});
     ranges.push_back(
         {Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, tile.slot), saved.surface});
+    ranges.push_back(
+        {Buffer::spans, s_.tiles.column_array_offset(kColumnHollow, tile.slot), saved.hollows});
     s_.device->read(ranges);
     saved.kept = pack_tile(voxels);
     saved.bodies = pack_tile(bodies);
@@ -172,6 +175,8 @@ void SoilSnapshot::put_awake(const SavedTile& tile) {
     s_.device->write(Buffer::spans, s_.tiles.column_array_offset(kColumnSurface, slot),
                      tile.surface);
     s_.tiles.note_stale(slot, true);
+    s_.device->write(Buffer::spans, s_.tiles.column_array_offset(kColumnHollow, slot),
+                     tile.hollows);
     if (tile.edited) s_.tiles.look_anew(slot);
     s_.tiles.note_restored(slot, tile.looked_blocks);
 }

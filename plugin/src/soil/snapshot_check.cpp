@@ -332,7 +332,7 @@ Status SoilSnapshot::check_fill_up(const SavedTile& tile, const TileVoxels& kept
 
 Status SoilSnapshot::check_columns(const SavedTile& tile) const {
     const int64_t top = int64_t{s_.height} * kVoxelFull;
-    if (tile.surface.size() != kTileColumns ||
+    if (tile.surface.size() != kTileColumns || tile.hollows.size() != kTileColumns ||
         tile.columns.size() != static_cast<size_t>(kTileColumns) * kColumnWords) {
         return damaged("tile {} has no height spans", tile.index);
     }
@@ -350,6 +350,7 @@ Status SoilSnapshot::check_columns(const SavedTile& tile) const {
                          ? check("bare surface", surface, kTerrainTop - top, kTerrainTop)
                          : check("surface", surface, kCovered - top, top);
         }
+        if (status) status = check("hollow", tile.hollows[c], kHollowUnknown, s_.height);
         for (int i = 0; i < kSpanCapacity && status; ++i) {
             const int32_t* span = column + 1 + i * kSpanWords;
             status = check("bottom", span[0], 0, top);

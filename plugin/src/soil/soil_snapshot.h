@@ -39,12 +39,12 @@ struct SavedTile {
     int64_t last_used_step = 0;
     bool edited = false;  ///< see TileTable::is_edited()
     int32_t looked_blocks = 0;
-    std::vector<uint8_t> bodies;            ///< packed; see kBodyPlanes
-    std::vector<int32_t> columns, surface;  ///< see Buffer::spans
+    std::vector<uint8_t> bodies;                     ///< packed; see kBodyPlanes
+    std::vector<int32_t> columns, surface, hollows;  ///< see Buffer::spans
 
     void list(StateStream& stream) {
         stream(index, top, unchecked, awake, kept, ground, buried);
-        if (awake) stream(last_used_step, edited, looked_blocks, bodies, columns, surface);
+        if (awake) stream(last_used_step, edited, looked_blocks, bodies, columns, surface, hollows);
     }
 };
 
