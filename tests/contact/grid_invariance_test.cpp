@@ -208,7 +208,7 @@ TEST(GridInvariance, plate_in_another_grid) {
 // At a given depth a wheel of 6 voxels' radius, 2 voxels deep, is borne by a tenth less than in
 // finer grids (6,410 N in voxels of 4 cm, 7,093 / 7,126 / 7,320 in 2 / 1.6 / 1 cm): so from 2 cm
 // on.
-TEST(GridInvariance, wheel_in_another_grid) {
+TEST(SlowGridInvariance, wheel_in_another_grid) {
     expect_same_newtons(wheel(), 0.02, kOtherGrid, 0.05, 0.016);
 }
 

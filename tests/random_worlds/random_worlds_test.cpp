@@ -52,7 +52,7 @@ TEST(RandomWorlds, go_on_where_slides_closed_gaps_in_pushed_soil) {
 
 // Each had soil that stayed awake for good: dust and thin layers that slide, soil that goes to and
 // fro between a body and a slope, pushes without soil or into crowded soil, dust on a steep face.
-TEST(RandomWorlds, sleep_where_thin_soil_lies_about) {
+TEST(SlowRandomWorlds, sleep_where_thin_soil_lies_about) {
     using enum PlanKind;
     expect_all_holds(91002, 91002, Run::watched, calm, Sky::weather);
     expect_all_holds(91013, 91013, Run::watched, small, Sky::weather);

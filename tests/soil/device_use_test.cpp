@@ -26,12 +26,12 @@ TEST_P(DeviceUse, a_warm_step_waits_for_the_device_once) {
     SoilDef def = MovingScene::default_def();
     def.backend = GetParam();
     MovingScene scene(4, def);
-    scene.run(20);
+    scene.run(10);
     // A second read is for contacts beyond those of the step before and a quarter more, for tiles
     // that fall asleep and for soil carried in a new tile. Bodies here move slowly, and tiles stay
     // awake.
     int contact_count = 0;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 10; ++i) {
         const device::DeviceCounters before = counters_of(scene.soil());
         const StepReport report = scene.step();
         contact_count += static_cast<int>(report.contacts.size());
@@ -47,7 +47,7 @@ TEST_P(DeviceUse, a_surface_that_has_not_changed_is_read_once) {
     SoilDef def = MovingScene::default_def();
     def.backend = GetParam();
     MovingScene scene(4, def);
-    scene.run(20);
+    scene.run(5);
     Soil& soil = scene.soil();
     // Over the line and back, so that no tile is the one that was asked for last.
     const auto reads_of_line = [&soil](std::vector<double>& heights_m) {
@@ -64,7 +64,7 @@ TEST_P(DeviceUse, a_surface_that_has_not_changed_is_read_once) {
     EXPECT_GT(reads_of_line(first), 0);
     EXPECT_EQ(reads_of_line(again), 0);
     EXPECT_EQ(first, again);
-    scene.run(20);
+    scene.run(15);
     EXPECT_LE(reads_of_line(later), 2 * tile_count);  // of roofs more planes, besides
     EXPECT_NE(first, later);                          // what has moved since is seen
 }
