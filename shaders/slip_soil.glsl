@@ -118,8 +118,9 @@ void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int sl
         int voxel = slot * params.tile_voxels + z * kTileColumns + y * kTileSide + x;
         // What slides already is driven as a whole.
         if (z < base >> 16 && state_at(kPlaneMomentumX, voxel) == 0 && state_at(kPlaneMomentumY, voxel) == 0) break;
+        if (is_solid(voxel)) break;
         if (mass_at(voxel) == 0) continue;
-        if (is_solid(voxel) || wedge_at(resistance_of(voxel, slope), slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
+        if (wedge_at(resistance_of(voxel, slope), slope) <= standing_wedge(voxel, slot, ivec3(x, y, z))) break;
         thickness += state_at(kPlaneVolume, voxel);
         lowest = z;
     }

@@ -32,10 +32,11 @@ constexpr double kFloorBelow = 0.5;
 }  // namespace
 
 /// Looks before any soil acts: one that renews the surface that Bullet sees drops its contacts.
-class BuiltWorld::OverlapWatch final : public btActionInterface {
+class BuiltWorld::ContactWatch final : public btActionInterface {
   public:
-    explicit OverlapWatch(BuiltWorld& built) : built_(built) {}
+    explicit ContactWatch(BuiltWorld& built) : built_(built) {}
     void updateAction(btCollisionWorld* world, btScalar) override {
+        built_.add_contact_work();
         btDispatcher& dispatcher = *world->getDispatcher();
         for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
             const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
@@ -61,7 +62,6 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
         [](btDynamicsWorld* world, btScalar substep_s) {
             auto& of = *static_cast<BuiltWorld*>(world->getWorldUserInfo());
             of.add_joint_work(static_cast<double>(substep_s));
-            of.add_contact_work();
             of.add_poured_work(static_cast<double>(substep_s));
             if (of.on_substep) of.on_substep();
         },
@@ -71,8 +71,8 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
             static_cast<BuiltWorld*>(world->getWorldUserInfo())->note_motion();
         },
         this, true);
-    overlap_watch_ = std::make_unique<OverlapWatch>(*this);
-    world_->addAction(overlap_watch_.get());
+    contact_watch_ = std::make_unique<ContactWatch>(*this);
+    world_->addAction(contact_watch_.get());
     world_->setGravity(to_bullet(-gravity_m_s2() * up_));
     for (const SoilPlan& soil : plan_.soils) {
         add_soil(soil, options);

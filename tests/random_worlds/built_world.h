@@ -149,7 +149,7 @@ class BuiltWorld {
     void add_joint_work(double substep_s);
     void add_contact_work();
     void add_poured_work(double substep_s);
-    class OverlapWatch;
+    class ContactWatch;
     std::vector<Joint> joints_;
     std::vector<Chain> chains_;
     std::vector<Car> cars_;
@@ -162,7 +162,7 @@ class BuiltWorld {
     static inline int64_t all_step_count_ = 0;
     double time_s_ = 0, driven_s_ = 0, frame_s_ = 0;
     bool touched_ = false;
-    std::unique_ptr<btActionInterface> overlap_watch_;
+    std::unique_ptr<btActionInterface> contact_watch_;
     std::map<const btCollisionObject*, Before> before_;
     double deepest_overlap_m_ = 0, joint_work_j_ = 0, contact_work_j_ = 0, poured_work_j_ = 0;
 };

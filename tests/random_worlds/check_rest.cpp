@@ -32,8 +32,9 @@ constexpr size_t kMeanFrames = 30;
 constexpr double kHoverVoxels = 1;
 /// The surface beside a body is that at this many of its radii: less, and it crosses the body.
 constexpr double kBesideRadii = 1.25;
-/// A body lies no deeper than a plate of this part of its own size does that has fallen as far with
-/// its load, times this (soils differ), and this many voxels.
+/// A body lies no deeper than its own underside or a plate of this part of its size, whichever
+/// sinks deeper, after a fall as far with its load, times this (soils differ), and this many
+/// voxels.
 constexpr double kPlateFraction = 1.0 / 3, kSinkageFactor = 1.5, kSinkageVoxels = 2;
 
 /// Water in soil moves once in so long.
@@ -359,10 +360,14 @@ class RestCheck final : public Check {
         const double carried_kg = load_kg(world, *part.object);
         const double weight_n = (part.mass_kg + carried_kg) * world.gravity_m_s2();
         const double fall_m = std::max(0.0, energy_heights_m_.at(part.object) - *surface_m);
-        const double plate_m = std::clamp(kPlateFraction * radius, 1e-3, 10.0);
-        const double bound_m =
-            kSinkageFactor * sinkage_after_fall_m(soil.soil(), plate_m, weight_n, fall_m) +
-            kSinkageVoxels * voxel_m + fallen_soil_m(world, index, lowest, ring_m);
+        double sinkage_m = 0;
+        for (const Underside& underside : {disc(std::clamp(kPlateFraction * radius, 1e-3, 10.0)),
+                                           underside_of(*part.object, world.up(), radius)}) {
+            const double found_m = sinkage_after_fall_m(soil.soil(), underside, weight_n, fall_m);
+            sinkage_m = std::max(sinkage_m, found_m);
+        }
+        const double bound_m = kSinkageFactor * sinkage_m + kSinkageVoxels * voxel_m +
+                               fallen_soil_m(world, index, lowest, ring_m);
         if (*surface_m - bound_m < ground_height_m(world, index, lowest)) return;
         if (bottom_m < *surface_m - bound_m) {
             failures.add("sinkage", name, world.time_s(),

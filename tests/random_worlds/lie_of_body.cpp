@@ -96,14 +96,37 @@ std::optional<double> surface_beside_m(const BuiltWorld& world, const bullet::So
     return heights_m[heights_m.size() / 3];
 }
 
-double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weight_n,
+Underside disc(double radius_m) { return {std::numbers::pi * radius_m * radius_m, {0}}; }
+
+Underside underside_of(const btCollisionObject& object, Vec3 up, double radius_m) {
+    constexpr int kRays = 40;  // across
+    const double apart_m = 2 * radius_m / kRays;
+    const btTransform& pose = object.getWorldTransform();
+    const Vec3 middle = from_bullet(pose.getOrigin());
+    const double lowest_m = dot(lowest_point(*object.getCollisionShape(), pose, up), up);
+    // Two directions of the ground: up is an axis of the world.
+    const Vec3 east{up.y, up.z, up.x}, north = cross(up, east);
+    Underside under{apart_m * apart_m, {}};
+    for (int i = 0; i < kRays * kRays; ++i) {
+        const Vec3 below = middle + (i % kRays - (kRays - 1) / 2.0) * apart_m * east +
+                           (i / kRays - (kRays - 1) / 2.0) * apart_m * north - 2 * radius_m * up;
+        const btVector3 from = to_bullet(below), to = to_bullet(below + 4 * radius_m * up);
+        btCollisionWorld::ClosestRayResultCallback hit(from, to);
+        btCollisionWorld::rayTestSingle(
+            btTransform({0, 0, 0, 1}, from), btTransform({0, 0, 0, 1}, to),
+            const_cast<btCollisionObject*>(&object), object.getCollisionShape(), pose, hit);
+        if (!hit.hasHit()) continue;
+        under.heights_m.push_back(dot(from_bullet(hit.m_hitPointWorld), up) - lowest_m);
+    }
+    std::sort(under.heights_m.begin(), under.heights_m.end());
+    return under;
+}
+
+double sinkage_after_fall_m(const Soil& soil, const Underside& underside, double weight_n,
                             double fall_m) {
     const auto contact_soil = std::make_shared<const ContactSoil>(soil.contact_soil());
     const auto law = ContactLaw::make(contact_soil);
-    const double area_m2 = std::numbers::pi * plate_radius_m * plate_radius_m;
     const double most_m = soil.frame().size[2] * soil.frame().voxel_m;
-    // A disc has the second moments of area of a square of this side.
-    const double side_m = std::sqrt(3.0) * plate_radius_m;
     ContactVoxel under;
     under.normal = -law->up();
     constexpr int kSteps = 1000;
@@ -111,18 +134,28 @@ double sinkage_after_fall_m(const Soil& soil, double plate_radius_m, double weig
     for (size_t m = 0; m < contact_soil->materials.size(); ++m) {
         const MaterialDef& material = contact_soil->materials[m];
         under.material = static_cast<int>(m);
-        FaceExtent plate{side_m, side_m, 0, 0};
+        FaceExtent plate{};
         if (material.has_density_range()) {
             plate.relative_density = material.relative_density(material.density_kg_m3);
         }
-        double work_j = 0, at_m = 0;
+        double work_j = 0, at_m = 0, sum_m = 0;
+        size_t below = 0;  // of the underside
         for (int i = 1; i <= kSteps && work_j <= weight_n * (fall_m + at_m); ++i) {
             // The first steps are fine: a light body rests in them.
             const double part = static_cast<double>(i) / kSteps;
             const double next_m = most_m * part * part;
-            under.depth_m = under.bearing_depth_m = plate.depth_m = next_m;
-            work_j +=
-                area_m2 * (next_m - at_m) * law->yield({under, plate}, {}, {}).normal_limit_pa;
+            while (below < underside.heights_m.size() && underside.heights_m[below] < next_m) {
+                sum_m += underside.heights_m[below++];
+            }
+            if (below > 0) {
+                const auto count = static_cast<double>(below);
+                const double area_m2 = count * underside.each_m2;
+                // A disc has the second moments of area of a square of this side.
+                plate.length_m = plate.width_m = std::sqrt(3 * area_m2 / std::numbers::pi);
+                under.depth_m = under.bearing_depth_m = plate.depth_m = next_m - sum_m / count;
+                work_j +=
+                    area_m2 * (next_m - at_m) * law->yield({under, plate}, {}, {}).normal_limit_pa;
+            }
             at_m = next_m;
         }
         worst_m = std::max(worst_m, at_m);

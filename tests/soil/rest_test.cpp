@@ -127,6 +127,24 @@ TEST(Rest, a_thin_slide_stops_at_the_edge_of_a_ledge) {
     EXPECT_EQ(units_in(*soil, 3, 4, 2), 744);
 }
 
+// A crumb on a sloping roof drove the soil under the roof, in each step and nowhere: rigid voxels
+// without soil were passed over like gaps.
+TEST(Rest, a_crumb_on_a_roof_drives_nothing_under_it) {
+    SoilDef def = tile_def(fixed_density(sand(10)));
+    def.slides = SlideMotion::run_out;
+    const auto soil = make_soil(def);
+    const double voxel = def.voxel_m;
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 0.5})));
+    ASSERT_TRUE(soil->add_terrain([&](Vec3 at) {  // ends at the third row
+        return std::min({at.z - 5 * voxel, 6.9 * voxel + 0.4 * at.y - at.z, at.y - 2 * voxel});
+    }));
+    ASSERT_TRUE(soil->settle(100, {})->is_at_rest);
+    put(*soil, 3, 3, 8, {.volume = 1});
+    EXPECT_LT(steps_until_rest(*soil, 40), 20);
+    EXPECT_EQ(units_in(*soil, 3, 3, 8), 1);
+    EXPECT_EQ(length(soil->sample(3, 3, 0).velocity_m_s), 0);
+}
+
 // A bare column's top is where its rigid soil ends, and a grain's is what covers the voxel higher.
 // So each column beside a grain looked like a hole, and it went round and round on a slope of 3
 // deg.
