@@ -257,8 +257,9 @@ void set_sliding(const Model& model, const Field& before, const std::vector<Free
     for (int z = high; z >= 0; --z) {
         const Voxel& voxel = before.at(at.x, at.y, z);
         if (z < std::floor(base) && !slides(voxel)) break;  // what slides is driven as a whole
+        if (before.closed(model, at.x, at.y, z)) break;
         if (voxel.total_mass() == 0) continue;
-        if (before.closed(model, at.x, at.y, z) || at.stands(voxel, z)) break;
+        if (at.stands(voxel, z)) break;
         driven.push_back(z);
         thickness += voxel.soil;
     }

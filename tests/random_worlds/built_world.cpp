@@ -71,6 +71,7 @@ BuiltWorld::BuiltWorld(const WorldPlan& plan, const BuildOptions& options, int s
             static_cast<BuiltWorld*>(world->getWorldUserInfo())->note_motion();
         },
         this, true);
+    world_->getSolverInfo().m_numIterations = plan_.solver_iterations;
     contact_watch_ = std::make_unique<ContactWatch>(*this);
     world_->addAction(contact_watch_.get());
     world_->setGravity(to_bullet(-gravity_m_s2() * up_));
