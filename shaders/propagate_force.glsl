@@ -30,6 +30,11 @@ void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fra
     mark_moved(voxel, voxel);  // where all ways are barred nothing else notes it
 }
 
+// A voxel takes from a push no more than one part in so many of what it may still hold (kVoxelMost). Ours: as many as it has
+// neighbours along the axes, and two for what comes in across edges. Larger: soil in a closing corner leaves it later; smaller:
+// pushes that meet pile up more than momentum can be told of. Six of six voxels once brought 17 into the corner of a bucket.
+CONST_INT(kPushesMeet, 8)
+
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
 // same scale; returns what could not leave. out_way: see is_barred.
 int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 force, ivec3 out_way,
@@ -54,7 +59,12 @@ int push_along(int slot, ivec3 at, int from, ivec3 way, int fraction, ivec3 forc
         // Asked last, since it has a block dispatched: two on both sides of soil that nothing takes would keep each other awake.
         bool is_crowded = to >= 0 && !is_caught(from) && state_at(kPlaneVolume, to) > kCrowdedLeast;
         if (is_crowded || !moves_any(from, share) || is_barred(from, to, pick * side, out_way, overrun)) continue;
-        move_share(from, to, share);
+        int most = to < 0 ? moved : max(0, kVoxelMost - state_at(kPlaneVolume, to)) / kPushesMeet;
+        if (moved > most) {
+            moved = most;
+            share = fraction_q16(moved, held);
+        }
+        if (!move_share(from, to, share)) continue;
         // thesis (35): the force arrives weighted by what it brings; Q10 direction times sixteenths of the volume.
         ivec3 brought = (force >> 6) * (moved / kForceShare);
         add_delta(kPlaneForceX, to, brought.x);

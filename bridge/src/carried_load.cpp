@@ -137,15 +137,32 @@ void CarriedLoads::note_given(std::span<const BodyLoad> loads) {
     for (const BodyLoad& load : loads) given_[load.body] += load.impulse_n_s;
 }
 
-/// A body and its load owe together: soil that has left takes its share of the debt along. Else a
-/// light body would pay alone for what its heavy load got, and fly off.
-void CarriedLoads::share_debt(Loaded& loaded, double load_before_kg) {
-    const double left_kg = load_before_kg - loaded.load.mass_kg;
+CarriedLoads::Share CarriedLoads::share_of(const Loaded& loaded) {
+    const Quat axes = loaded.body.motion.pose.rotation;
+    const Vec3 arm_m = rotate(conjugate(axes), arm_of(loaded.body, loaded.load));
+    const double mass_kg = loaded.load.mass_kg;
+    return {mass_kg, point_inertia(static_cast<btScalar>(mass_kg), to_bullet(arm_m))};
+}
+
+/// A body and its load owe together: soil that has left takes its share of the debt along, by mass
+/// of what shifts the body and by moment of inertia of what turns it. Else a light body would pay
+/// alone for what its heavy load got, and fly off.
+void CarriedLoads::share_debt(Loaded& loaded, const Share& before) {
+    const Share now = share_of(loaded);
+    const double left_kg = before.mass_kg - now.mass_kg;
     if (!(left_kg > 0)) return;
-    const auto own_kg = static_cast<double>(LoadedBody(loaded.body).mass_kg());
-    const double kept = 1 - left_kg / (own_kg + load_before_kg);
+    const LoadedBody body(loaded.body);
+    const double kept = 1 - left_kg / (static_cast<double>(body.mass_kg()) + before.mass_kg);
     loaded.debt_n_s = kept * loaded.debt_n_s;
-    loaded.debt_n_m_s = kept * loaded.debt_n_m_s;
+    const btVector3 own = body.inertia_kg_m2();
+    const Quat axes = loaded.body.motion.pose.rotation;
+    btVector3 turning = to_bullet(rotate(conjugate(axes), loaded.debt_n_m_s));
+    for (int i = 0; i < 3; ++i) {
+        const btScalar then = own[i] + before.inertia_kg_m2[i];
+        // What has slid outwards meanwhile owes no more than it did.
+        if (then > 0) turning[i] *= std::min(btScalar(1), (own[i] + now.inertia_kg_m2[i]) / then);
+    }
+    loaded.debt_n_m_s = rotate(axes, from_bullet(turning));
 }
 
 /// The entry of a load's body, with what it has paid for meanwhile; null where it bears none.
@@ -178,18 +195,18 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
                              double interval_s) {
     std::map<int, Loaded> before;
     before.swap(loaded_);
-    const auto load_before_kg = [&before](int body) {
+    const auto share_before = [&before](int body) {
         const auto old = before.find(body);
-        return old == before.end() ? 0.0 : old->second.load.mass_kg;
+        return old == before.end() ? Share{} : share_of(old->second);
     };
     for (const BodyLoad& load : loads) {
-        const double before_kg = load_before_kg(load.body);
+        const Share share = share_before(load.body);
         Loaded* loaded = find_loaded(bodies, before, load);
         if (!loaded) continue;
         const Vec3 given_n_s = given_[load.body];
         loaded->debt_n_s += given_n_s;
         loaded->debt_n_m_s += cross(arm_of(loaded->body, load), given_n_s);
-        share_debt(*loaded, before_kg);
+        share_debt(*loaded, share);
     }
     // A load that is gone may have left a debt.
     std::map<int, Loaded> gone;
@@ -199,7 +216,7 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
         before.emplace(id, loaded);
         Loaded* empty =
             find_loaded(bodies, before, {id, 0, loaded.body.motion.center_of_mass_m, {}});
-        if (empty) share_debt(*empty, loaded.load.mass_kg);
+        if (empty) share_debt(*empty, share_of(loaded));
     }
     given_.clear();
     for (auto& [id, loaded] : loaded_) {

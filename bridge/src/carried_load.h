@@ -67,9 +67,15 @@ class CarriedLoads {
         Vec3 felt_n;                                      ///< of that, weight and push
         bool open = false;
     };
+    /// What of a body's inertia is its load's.
+    struct Share {
+        double mass_kg = 0;
+        btVector3 inertia_kg_m2{0, 0, 0};  ///< about the body's centre, in its axes
+    };
+    static Share share_of(const Loaded& loaded);
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
-    static void share_debt(Loaded& loaded, double load_before_kg);
+    static void share_debt(Loaded& loaded, const Share& before);
     bool is_left_behind(const Loaded& loaded, double swept_most_m) const;
     void open(Loaded& loaded, bool is_only_soil);
     static void note_left(const BodyState& body, Loaded& loaded);

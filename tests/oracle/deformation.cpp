@@ -172,7 +172,10 @@ Field propagate_force(const Model& model, const Field& before, std::span<const B
                     continue;
                 }
                 Voxel& target = after.at(x + part.dx, y + part.dy, z + part.dz);
-                const double moved = amount * part.share;
+                const double fits =
+                    model.voxel_most - before.at(x + part.dx, y + part.dy, z + part.dz).soil;
+                const double moved =
+                    std::min(amount * part.share, std::max(0.0, fits) / model.pushes_meet);
                 move_share(sent, after.at(x, y, z), target, moved / voxel.soil);
                 target.force += pushed * moved;  // (35), as a weighted sum
                 barred -= moved;

@@ -77,6 +77,8 @@ struct Model {
     double push_room = 0;         ///< a voxel with less free room bars the way of pushed soil
     double pushed_most = 2;    ///< soil that waits for a push to go on before it counts as overflow
     double crowded_least = 4;  ///< a voxel with more soil takes none from a push
+    double voxel_most = 16;    ///< a voxel may hold so much,
+    double pushes_meet = 8;    ///< and takes this part of what still fits from each push
     double still_speed = 0;    ///< a wall slower than this drives no soil out of itself
     double push_speed = 0;     ///< of the fastest body: none pushes soil faster [voxels a step]
     double push_least = 0;     ///< soil pushed no faster than this stays at rest

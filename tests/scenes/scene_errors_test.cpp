@@ -39,6 +39,11 @@ TEST(SceneErrors, quote_behind_a_number_is_no_string) {
                   std::string::npos)
             << value;
     }
+    for (const std::string value : {"1.[\"\"", "2{a = 1}", "3=4", "[5, 6[7]]"}) {
+        EXPECT_NE(errors_of(kWorld + "x = " + value).find("` stands inside of a word"),
+                  std::string::npos)
+            << value;
+    }
     // Parts of keys may have quotes, in tables inside of values as well.
     for (const std::string keys :
          {"a.\"b c\" = 1", "a = {b.\"c\" = 1, d.\"e\" = [1, 2], f.'g' = 3}", "[a.\"b\".c]",

@@ -100,6 +100,27 @@ TEST(PressedSoil, takes_no_more_from_pushes_that_meet_in_it) {
     EXPECT_EQ(bench.read().at(kPlaneVolume, kMiddle, kMiddle, kMiddle), kCrowdedLeast + 1);
 }
 
+// Six neighbours with eight voxels each push into one without soil. By hand: 6 * 16 / 8. It got
+// 6 * 7, since each keeps what it has room for.
+TEST(PressedSoil, gets_no_more_than_fits_from_pushes_that_meet_at_once) {
+    StageBench bench(all_scenarios().front().def());
+    StatePlanes planes = bench.empty_planes();
+    constexpr int kMiddle = 8;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const int side : {-1, 1}) {
+            int at[3] = {kMiddle, kMiddle, kMiddle};
+            at[axis] += side;
+            planes.at(kPlaneVolume, at[0], at[1], at[2]) = 8 * kVoxelFull;
+            planes.at(kPlaneMaterial, at[0], at[1], at[2]) = 8 * kVoxelFull;
+            planes.at(kPlaneForceX + axis, at[0], at[1], at[2]) = -side * kForceOne;
+        }
+    }
+    bench.write(planes);
+    bench.apply_force();
+    bench.propagate_force();
+    EXPECT_NEAR(bench.read().at(kPlaneVolume, kMiddle, kMiddle, kMiddle), 12 * kVoxelFull, 100);
+}
+
 TEST_P(Deformation, has_the_same_bits_on_gl) {
     expect_same_on_gl([](StageBench& bench) {
         bench.apply_force();

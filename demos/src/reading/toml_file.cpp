@@ -23,7 +23,8 @@ class KeyScanner {
         std::string text;
     };
 
-    /// The first place that the parser must not get to; none in most files.
+    /// The first place that the parser must not get to; none in most files. toml++ reads a value
+    /// without quotes on to the next blank, comma or closing bracket, whatever is in it.
     std::optional<Fault> find_fault() {
         int dots = 0;
         if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;  // the mark of the byte order
@@ -38,7 +39,6 @@ class KeyScanner {
                     break;
                 case '"':
                 case '\'':
-                    // toml++ reads on to the end of what began without a quote, whatever is in it.
                     if (is_bare_at(at_ - 1)) {
                         return Fault{at_,
                                      "a quote stands inside of a word; put all of it in quotes"};
@@ -49,10 +49,17 @@ class KeyScanner {
                     break;
                 // Whatever stands between two keys or values.
                 case '=':
-                case ',':
                 case '[':
-                case ']':
                 case '{':
+                    if (is_value_ && is_bare_at(at_ - 1)) {
+                        return Fault{at_,
+                                     fmt::format("a `{}` stands inside of a word; put all of it in "
+                                                 "quotes, or a comma before it",
+                                                 text_[at_])};
+                    }
+                    [[fallthrough]];
+                case ',':
+                case ']':
                 case '}':
                 case '\n':
                     follow(text_[at_]);
