@@ -32,7 +32,7 @@ void set_in_motion(int slot, ivec3 at, int voxel, ivec3 way, int excess, int fra
 
 // A voxel takes from a push no more than one part in so many of what it may still hold (kVoxelMost). Ours: as many as it has
 // neighbours along the axes, and two for what comes in across edges. Larger: soil in a closing corner leaves it later; smaller:
-// pushes that meet pile up more than momentum can be told of. Six of six voxels once brought 17 into the corner of a bucket.
+// pushes that meet pile up more than momentum can be told of. Voxels of six at most once brought 17 into one, in a bucket.
 CONST_INT(kPushesMeet, 8)
 
 // Sends `fraction` (Q16 of the voxel's soil) along a displacement whose largest component is one voxel, with `force` of the
