@@ -100,7 +100,7 @@ class LoadedBody {
 
 /// Moments of inertia of a mass at `arm`, a vector in a body's axes, about the body's centre.
 btVector3 point_inertia(btScalar mass_kg, const btVector3& arm) {
-    btVector3 out;
+    btVector3 out(0, 0, 0);
     for (int i = 0; i < 3; ++i) out[i] = mass_kg * (arm.length2() - arm[i] * arm[i]);
     return out;
 }
