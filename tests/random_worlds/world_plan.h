@@ -148,9 +148,9 @@ struct WorldPlan {
     double frame_s = 1.0 / 60;
     int substep_count = 1;
     int solver_iterations = 10;  ///< of Bullet's solver in a substep: its own default
-    bool is_variable = false;  ///< frames last from a third of frame_s to all of it
-    int action_steps = 60;     ///< then everything is left alone
-    bool has_weather = false;  ///< see add_weather.h
+    bool is_variable = false;    ///< frames last from a third of frame_s to all of it
+    int action_steps = 60;       ///< then everything is left alone
+    bool has_weather = false;    ///< see add_weather.h
 };
 
 /// Whether something in it does work on its bodies.
