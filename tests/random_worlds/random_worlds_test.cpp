@@ -90,22 +90,24 @@ TEST(RandomWorlds, go_on_to_the_bit_in_any_weather) {
 
 // --- what was found
 
-// A joint's work, and an overlap with soil whose surface is made anew, count as Bullet's.
-TEST(RandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
+// A joint's work, and an overlap with soil whose surface is made anew, count as Bullet's. A light
+// body that a heavy one pulls along by a joint is excused.
+TEST(SlowRandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
     expect_all_holds(2360, 2360, Run::watched, PlanKind::any);
     expect_all_holds(5027, 5027, Run::watched, PlanKind::any);
     expect_all_holds(900160, 900160, Run::watched, PlanKind::any);
+    expect_all_holds(971272, 971272, Run::watched, PlanKind::any, Sky::weather);
 }
 
 // A body that has left the soil and falls on the floor below. A chain whose swing Bullet's steps
 // are too long for.
-TEST(RandomWorlds, have_no_energy_of_what_left_or_swings_coarsely) {
+TEST(SlowRandomWorlds, have_no_energy_of_what_left_or_swings_coarsely) {
     expect_all_holds(185, 185, Run::watched, PlanKind::any, Sky::weather);
     expect_all_holds(88, 88, Run::watched, PlanKind::any, Sky::weather);
 }
 
 // Room without soil fell past a slope; a hull woke between two substeps, which gives no weight.
-TEST(RandomWorlds, go_on_without_soil_and_without_weight) {
+TEST(SlowRandomWorlds, go_on_without_soil_and_without_weight) {
     expect_all_holds(840051, 840051, Run::watched, PlanKind::calm, Sky::weather);
     expect_all_holds(810057, 810057, Run::watched, PlanKind::any, Sky::weather);
 }
@@ -116,13 +118,13 @@ TEST(RandomWorlds, sleep_beside_a_chain_that_hangs_in_the_air) {
 }
 
 // A car of 25 g: it stands on its weight. One of 86 g sinks on until it sleeps.
-TEST(RandomWorlds, have_cars_of_any_size_that_stand) {
+TEST(SlowRandomWorlds, have_cars_of_any_size_that_stand) {
     expect_all_holds(5063, 5063, Run::watched, PlanKind::any);
     expect_all_holds(900271, 900271, Run::watched, PlanKind::any);
 }
 
 // A ball on soil of 105 kPa, and a body of 1.4 g with 1 kg of soil on it.
-TEST(RandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
+TEST(SlowRandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
     expect_all_holds(15, 15, Run::watched, PlanKind::calm, Sky::weather);
     expect_all_holds(72, 72, Run::watched, PlanKind::calm, Sky::weather);
 }
@@ -130,7 +132,7 @@ TEST(RandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
 // A pebble of 91 t that Bullet lifts out of a heightfield again and again, a chain that whips round
 // in the air, a ball that a source hits at 39 m/s, and a box that the soil does not see, lifted by
 // the surface that rises under it.
-TEST(RandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
+TEST(SlowRandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
     expect_all_holds(20034, 20034, Run::watched, PlanKind::calm, Sky::weather);
     expect_all_holds(20101, 20101, Run::watched, PlanKind::any, Sky::weather);
     expect_all_holds(20317, 20317, Run::watched, PlanKind::any, Sky::weather);
@@ -138,12 +140,12 @@ TEST(RandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
 }
 
 // A body on a joint that is put elsewhere and leaves 15 kg of soil behind.
-TEST(RandomWorlds, gain_no_energy_of_loads_left_behind) {
+TEST(SlowRandomWorlds, gain_no_energy_of_loads_left_behind) {
     expect_all_holds(91022, 91022, Run::watched, PlanKind::any, Sky::weather);
 }
 
 // A car whose chassis carries soil; boxes that fell asleep as a source hit them, or rocking.
-TEST(RandomWorlds, weigh_what_they_weigh_under_loads_and_pushes) {
+TEST(SlowRandomWorlds, weigh_what_they_weigh_under_loads_and_pushes) {
     expect_all_holds(20168, 20168, Run::watched, PlanKind::any, Sky::weather);
     expect_all_holds(20090, 20090, Run::watched, PlanKind::any, Sky::weather);
 }
@@ -172,19 +174,19 @@ TEST(RandomWorlds, sleep_but_for_what_bullet_wakes) {
 }
 
 // A body that fell asleep rocking, before soil was put elsewhere.
-TEST(RandomWorlds, weigh_what_they_weighed_awake) {
+TEST(SlowRandomWorlds, weigh_what_they_weighed_awake) {
     expect_all_holds(81305, 81305, Run::watched, PlanKind::any);
 }
 
 // Bodies in pits that sinks have dug.
-TEST(RandomWorlds, have_not_sunk_into_pits) {
+TEST(SlowRandomWorlds, have_not_sunk_into_pits) {
     expect_all_holds(80080, 80080, Run::watched, PlanKind::any, Sky::weather);
     expect_all_holds(80141, 80141, Run::watched, PlanKind::any, Sky::weather);
 }
 
 // A box with a slab of soil below it in the air, a body that goes through a thin bed on rock, and a
 // cone that comes down on its tip.
-TEST(RandomWorlds, lie_no_deeper_than_there_is_soil_to_bear) {
+TEST(SlowRandomWorlds, lie_no_deeper_than_there_is_soil_to_bear) {
     expect_all_holds(90114, 90114, Run::watched, PlanKind::calm);
     expect_all_holds(90127, 90127, Run::watched, PlanKind::any);
     expect_all_holds(970204, 970204, Run::watched, PlanKind::any);

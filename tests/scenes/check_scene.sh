@@ -261,8 +261,7 @@ cli_film() {
     has_gl || skip 'no OpenGL'
     write_scene
     mkdir -p bin out/frames
-    printf '#!/bin/sh\necho "$*" >>ffmpeg.log\n' >bin/ffmpeg
-    chmod +x bin/ffmpeg
+    install -m 755 /dev/stdin bin/ffmpeg <<<$'#!/bin/sh\necho "$*" >>ffmpeg.log'
     touch out/frames/00003.png
     PATH=$PWD/bin:$PATH
     expect 0 run scene.toml --out out --backend cpu --steps 4 --video
@@ -393,16 +392,14 @@ cli_full_disk() {
     write_scene
     local file
     for file in telemetry.csv summary.json; do
-        rm -rf out
-        mkdir out
+        rm -rf out && mkdir out
         ln -s /dev/full "out/$file"
         expect 2 run scene.toml --out out --no-pictures
         expect_text "^out/$file: cannot be written whole"
         [[ -s out/final.snapshot ]] || fail "$file: no snapshot"
     done
     has_gl || return 0
-    rm -rf out
-    mkdir out
+    rm -rf out && mkdir out
     ln -s /dev/full out/contact_sheet.png
     expect 2 run scene.toml --backend cpu --out out --steps 2
     expect_text '^out/contact_sheet\.png: cannot be written whole'
@@ -491,6 +488,9 @@ cli_bench() {
     expect 77 bench --no-thesis --scene lacks_data.toml --out bench.json
     expect 2 bench --no-thesis --page no/such/folder/bench.md
     expect_text '^no/such/folder/bench.md: cannot be written'
+    echo '<!-- bsoil bench: other --><!-- end -->' >page.md
+    expect 2 bench --no-thesis --scene scene.toml --document page.md
+    expect_text '^page.md: .*<!-- bsoil bench: scene -->'
     if ! "$bsoil" info | grep '^  + ' | sed 1d | grep -qv '(software)'; then
         expect 2 bench --gpu
         expect_text '^--gpu: no hardware OpenGL'

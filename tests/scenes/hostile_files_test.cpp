@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "files/data_files.h"
+#include "files/text_file.h"
 #include "reading/scene_load.h"
 #include "robots/urdf_file.h"
 #include "run/baseline.h"
@@ -322,6 +323,24 @@ TEST_F(HostileFiles, terrain_of_too_much_noise_names_the_cure) {
                                        "[[terrain]]\nkind = \"hills\"\namplitude_m = 0.5\n",
                                    "s.toml");
     EXPECT_TRUE(level) << level.error();
+}
+
+// A page whose prose was written by hand, on a disk that is full; and by a link to it.
+TEST_F(HostileFiles, page_that_cannot_be_replaced_stays_as_it_was) {
+    const std::string page = write("page.md", "prose");
+    const fs::path part = page + ".part";
+    fs::create_symlink("/dev/full", part);
+    const Status full = replace_file(page, "tables");
+    ASSERT_FALSE(full);
+    expect_error(full.error(), "look whether the disk is full");
+    EXPECT_EQ(*read_file(page, 100), "prose");
+    EXPECT_FALSE(fs::is_symlink(part));
+    const std::string link = (folder_ / "link.md").string();
+    fs::create_symlink(page, link);
+    EXPECT_TRUE(replace_file(link, "tables"));
+    EXPECT_EQ(*read_file(page, 100), "tables");
+    EXPECT_TRUE(fs::is_symlink(link));
+    EXPECT_FALSE(replace_file((folder_ / "no_folder" / "page.md").string(), "tables"));
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ TEST(SlowTrackedVehicle, drives_straight_without_slip) {
     EXPECT_LT(middle(yaws), 0.01);
 }
 
-TEST(TrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
+TEST(SlowTrackedVehicle, held_fast_it_pulls_what_the_soil_gives) {
     Scene scene = crawler(2.5);
     // Sole and soil are as rough as the soil itself: the limit is Coulomb's, W tan phi without
     // cohesion.

@@ -302,7 +302,7 @@ double mean_depth_m(const Soil& soil, int from, int to) {
 // Flakes come down at atan(0.4 / 2), 11 deg. So none that comes over the wall falls into its lee,
 // which ends at 15 deg: 1.9 m behind it. Advection spreads what falls over neighbouring voxels, and
 // a tenth gets there all the same. In front of the wall lies what did not come over it.
-TEST(Air, little_snow_lies_behind_a_wall) {
+TEST(SlowAir, little_snow_lies_behind_a_wall) {
     const auto open = snowfall(snow_def()), walled = snowfall(snow_def());
     snow_on(*open, 480, false);
     snow_on(*walled, 480);

@@ -28,7 +28,8 @@ TEST_P(Conservation, every_material_keeps_its_units_while_bodies_plough_through_
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Conservation, testing::Values(1u, 2u, 3u));
+INSTANTIATE_TEST_SUITE_P(Seeds, Conservation, testing::Values(1u));
+INSTANTIATE_TEST_SUITE_P(SlowSeeds, Conservation, testing::Values(2u, 3u));
 
 }  // namespace
 }  // namespace bsoil::conservation_test

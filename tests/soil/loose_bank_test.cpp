@@ -93,7 +93,7 @@ TEST_P(LooseBank, rests_at_the_face_that_its_height_gives) {
 
 // Its face is higher than the blocks around what moves at its foot. What slid off the top after 3 s
 // was put down below and never taken away above, where no block was dispatched.
-TEST(LooseBanks, keep_their_soil_however_high_they_fail) {
+TEST(SlowLooseBanks, keep_their_soil_however_high_they_fail) {
     const auto soil = make_bank({1000, 16000, 60, 0.05, 45, 30, 0.3}, 1.5, 1.2);
     ASSERT_TRUE(soil);
     const int64_t units = soil->totals().units[0];

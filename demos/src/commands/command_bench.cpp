@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -323,11 +324,20 @@ int write_document(const std::string& path, const Json& json) {
     if (path.empty()) return kPassed;
     const auto page = scene::read_file(path, experiment::kPageBytesMost);
     const auto written = page ? update_tables(*page, json) : page;
-    if (!written) {
-        fmt::print(stderr, "{}: {}\n", path, written.error());
-        return kCouldNotRun;
+    if (!written) return could_not(path + ": " + written.error());
+    const Status replaced = scene::replace_file(path, *written);
+    return replaced ? kPassed : could_not(replaced.error());
+}
+
+/// Whether the document has the blocks for all that is to be measured.
+Status has_blocks(const BenchArguments& arguments) {
+    if (arguments.document.empty()) return Done{};
+    std::vector<std::string> names;
+    for (const std::string& scene : arguments.scenes) {
+        names.push_back(std::filesystem::path(scene).stem().string());
     }
-    return fails_to_write(path, *written) ? kCouldNotRun : kPassed;
+    if (arguments.sweep_steps > 0) names.push_back("sweeps");
+    return experiment::has_blocks(arguments.document, "bench", names);
 }
 
 /// Threads that a soil of these options takes.
@@ -372,6 +382,7 @@ int bench(BenchArguments& arguments) {
     if (arguments.on_gpu) {
         if (const int found = find_gpu(arguments.device); found != kPassed) return found;
     }
+    if (const Status ready = has_blocks(arguments); !ready) return could_not(ready.error());
     Json json;
     const int threads = thread_count(arguments.device);
     const double copy_gb_s = copy_bytes_per_s(threads) / 1e9;

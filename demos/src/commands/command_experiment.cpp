@@ -108,6 +108,12 @@ int run(const ExperimentArguments& arguments) {
     std::filesystem::create_directories(arguments.out, failed);
     if (failed) return could_not(arguments.out + ": " + failed.message());
 
+    if (!arguments.document.empty()) {
+        const std::string name = std::filesystem::path(experiment.path).stem().string();
+        const Status ready = experiment::has_blocks(arguments.document, experiment.rig, {name});
+        if (!ready) return could_not(ready.error());
+    }
+
     const std::vector<experiment::PointRun> runs =
         experiment::run_sweep(experiment, arguments.thread_count, progress_of(experiment));
     if (const Status removed = remove_older_results(arguments.out); !removed) {
@@ -140,7 +146,7 @@ int run(const ExperimentArguments& arguments) {
         if (!page) return could_not(page.error());
         const auto updated = experiment::update_results(*page, experiment, results);
         if (!updated) return could_not(arguments.document + ": " + updated.error());
-        const Status kept = scene::write_file(arguments.document, *updated);
+        const Status kept = scene::replace_file(arguments.document, *updated);
         if (!kept) return could_not(kept.error());
     }
 

@@ -129,7 +129,7 @@ Status write_sentences(const fs::path& document) {
         const auto filled = experiment::fill_figures(*page, *tables);
         if (!filled) return Error{entry.path().string() + ": " + filled.error()};
         if (*filled == *page) continue;
-        const Status written = scene::write_file(entry.path().string(), *filled);
+        const Status written = scene::replace_file(entry.path().string(), *filled);
         if (!written) return written;
     }
     if (failed) return Error{folder.string() + ": " + failed.message()};
@@ -151,7 +151,7 @@ Status write_document(const fs::path& path,
                               experiment::comparison_picture(comparison));
         if (!written) return written;
     }
-    if (const Status written = scene::write_file(path.string(), *page); !written) return written;
+    if (const Status written = scene::replace_file(path.string(), *page); !written) return written;
     return write_sentences(path);
 }
 
@@ -173,8 +173,10 @@ int run(const ValidateArguments& arguments) {
         return kSkipped;
     }
     if (!arguments.document.empty()) {
-        const auto page = read_document(arguments.document);
-        if (!page) return could_not(page.error());
+        std::vector<std::string> names = {"summary"};
+        for (const experiment::Experiment& e : *loaded) names.push_back(fs::path(e.path).stem());
+        const Status ready = experiment::has_blocks(arguments.document, "validate", names);
+        if (!ready) return could_not(ready.error());
     }
     const auto runs = run_all(*loaded, arguments.thread_count);
 

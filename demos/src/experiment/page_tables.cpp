@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "files/text_file.h"
 #include "page_figures.h"
 #include "plot.h"
 
@@ -81,6 +82,18 @@ Result<Block> block_of(const std::string& page, const std::string& command,
                      " -->\" with a line \"<!-- end -->\" after it"};
     }
     return Block{at + marker.size(), end};
+}
+
+Status has_blocks(const std::string& path, const std::string& command,
+                  const std::vector<std::string>& names) {
+    const auto page = scene::read_file(path, kPageBytesMost);
+    if (!page) return Error{page.error() + "; its prose is written by hand, name the page"};
+    for (const std::string& name : names) {
+        if (const auto block = block_of(*page, command, name); !block) {
+            return Error{path + ": " + block.error()};
+        }
+    }
+    return Done{};
 }
 
 Result<std::string> update_results(std::string page, const Experiment& experiment,

@@ -36,6 +36,11 @@ struct Block {
 Result<Block> block_of(const std::string& page, const std::string& command,
                        const std::string& name);
 
+/// Whether the file is a page with all these blocks: to be asked before what fills them is
+/// measured.
+Status has_blocks(const std::string& path, const std::string& command,
+                  const std::vector<std::string>& names);
+
 /// Puts the results of an experiment into its block of the page, `<!-- bsoil RIG: NAME -->`, NAME
 /// that of its file: what is swept, and the columns that its expectations and plots name.
 Result<std::string> update_results(std::string page, const Experiment& experiment,

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
+#include <system_error>
 
 namespace bsoil::scene {
 
@@ -38,6 +40,20 @@ Status write_file(const std::string& path, const std::string& bytes) {
     file.close();
     if (!file) return Error{path + ": cannot be written whole; look whether the disk is full"};
     return Done{};
+}
+
+Status replace_file(const std::string& path, const std::string& bytes) {
+    std::error_code failed;
+    // Of a link, what it leads to.
+    const std::string target = std::filesystem::weakly_canonical(path, failed).string();
+    const std::string part = (failed ? path : target) + ".part";
+    const Status written = write_file(part, bytes);
+    if (written) std::filesystem::rename(part, failed ? path : target, failed);
+    if (written && !failed) return Done{};
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    if (!written) return written;
+    return Error{path + ": cannot be replaced (" + failed.message() + "); check its folder"};
 }
 
 }  // namespace bsoil::scene

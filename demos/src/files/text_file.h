@@ -15,4 +15,8 @@ Result<std::string> read_file(const std::string& path, size_t capacity);
 /// Into a folder that is there.
 Status write_file(const std::string& path, const std::string& bytes);
 
+/// The same where something is there that must not be lost: it stays until all of the new bytes are
+/// on the disk, in `path`.part.
+Status replace_file(const std::string& path, const std::string& bytes);
+
 }  // namespace bsoil::scene

@@ -38,6 +38,10 @@ function(bulletsoil_add_kernel_set target set_name)
   # No kernel asks for floating point exceptions. Without that word loops with a minimum or a choice in them do not become
   # vectors; their numbers stay the same.
   set(options "$<$<NOT:$<CONFIG:Debug>>:-O3>;-ffp-contract=off;-fno-trapping-math")
+  # A fuzzer learns nothing from what kernels compare, and writing it down takes longer than the kernels.
+  if(BULLETSOIL_FUZZ)
+    list(APPEND options -fno-sanitize-coverage=trace-cmp)
+  endif()
   set(definitions
     "BSOIL_KERNEL_SET=${set_name}_kernel_set;BSOIL_SHADER_FILES=${set_name}_shader_files;\
 BSOIL_KERNEL_LIST=\"${arg_LIST}\";BSOIL_KERNEL_BUFFERS=\"${arg_BUFFERS}\";BSOIL_KERNEL_PARAMS=\"${arg_PARAMS}\";\
