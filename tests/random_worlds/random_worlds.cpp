@@ -1,6 +1,6 @@
-// Runs random worlds by the thousand: random_worlds [--seeds A..B] [--minutes M] [--seed N]
-//     [--run watched|repeated|restored|gl] [--kind any|calm|small] [--minimize] [--describe]
-//     [--trace] [--every S] [--all] [--weather | --dry]
+// Runs random worlds by the thousand: random_worlds [--seeds A..B] [--minutes M] [--steps N]
+//     [--seed N] [--run watched|repeated|restored|gl] [--kind any|calm|small] [--minimize]
+//     [--describe] [--trace] [--every S] [--all] [--weather | --dry]
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -36,9 +37,13 @@ void die(int signal_number) {
     raise(signal_number);
 }
 
+/// Ctrl-C: the world under way is the last one, and what all came to is printed.
+volatile sig_atomic_t is_last = 0;
+
 struct Arguments {
     uint64_t first = 1, last = 1000;
     double minutes = 1e9;
+    int64_t steps = std::numeric_limits<int64_t>::max();
     std::optional<Run> run;
     std::optional<PlanKind> kind;
     double trace_every_s = 0.5;
@@ -131,11 +136,15 @@ int run_all(const Arguments& arguments) {
     for (const int number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGALRM}) {
         signal(number, die);
     }
+    for (const int number : {SIGINT, SIGTERM}) {
+        signal(number, [](int) { is_last = 1; });
+    }
     const auto start = std::chrono::steady_clock::now();
     Tally tally;
     for (uint64_t seed = arguments.first; seed <= arguments.last; ++seed) {
         const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-        if (passed.count() > 60 * arguments.minutes) break;
+        if (passed.count() > 60 * arguments.minutes || is_last) break;
+        if (BuiltWorld::all_step_count() >= arguments.steps) break;
         if (arguments.without_weather) run_seed(seed, false, arguments, tally);
         if (arguments.with_weather) run_seed(seed, true, arguments, tally);
     }
@@ -183,6 +192,8 @@ std::optional<Arguments> parse(int count, char** values) {
             out.last = std::strtoull(value.c_str() + dots + 2, nullptr, 10);
         } else if (name == "--every") {
             out.trace_every_s = std::strtod(value.c_str(), nullptr);
+        } else if (name == "--steps") {
+            out.steps = std::strtoll(value.c_str(), nullptr, 10);
         } else if (name == "--minutes") {
             out.minutes = std::strtod(value.c_str(), nullptr);
         } else if (name == "--run") {
@@ -210,7 +221,7 @@ int main(int argument_count, char** arguments) {
     if (!parsed) {
         std::fprintf(
             stderr,
-            "usage: random_worlds [--seeds A..B | --seed N] [--minutes M]\n"
+            "usage: random_worlds [--seeds A..B | --seed N] [--minutes M] [--steps N]\n"
             "    [--run watched|repeated|restored|gl] [--kind any|calm|small]\n"
             "    [--minimize] [--describe] [--trace] [--every S] [--all] [--weather | --dry]\n");
         return 2;

@@ -2,7 +2,8 @@
 # Random worlds by the thousand: tests/random_worlds/run.sh [--sanitize] [ARGUMENT OF random_worlds...]
 #   --sanitize           with the address and undefined-behaviour sanitizers
 #   --seeds A..B         which worlds; 1..1000
-#   --minutes M          no longer than that
+#   --minutes M          no longer than that; Ctrl-C ends it after the world at hand
+#   --steps N            until so many steps are done
 #   --seed N --run watched|repeated|restored|gl --kind any|calm|small
 #                        one world alone, as the line "replay:" of a failure says
 #   --describe           prints what is in it
