@@ -466,5 +466,28 @@ TEST(SurfaceMesh, layers_of_materials_end_where_they_end_on_the_sides) {
     EXPECT_GE(upper_count, 22);
 }
 
+// It goes on into the terrain elsewhere, so that no crack shows: by two voxels, and beside its edge
+// in columns of terrain alone.
+TEST(SurfaceMesh, soil_ends_on_the_terrain_at_the_sides) {
+    for (const double rock : {4.0, 4.4}) {
+        VoxelTiles tiles(24, 24, 16);
+        tiles.fill_solid_heights([rock](double, double) { return rock; });
+        tiles.for_each_voxel([&](int x, int y, int z) {
+            const bool has_soil = y > 0 && (x < 8 || x > 11);
+            const double above = std::clamp(8.0 - z, 0.0, 1.0) - std::clamp(rock - z, 0.0, 1.0);
+            tiles.volume(x, y, z) = has_soil ? static_cast<float>(above) : 0;
+        });
+        const Mesh mesh = mesh_of(tiles);
+        EXPECT_EQ(open_edge_count(mesh), 0);
+        double lowest = 16;
+        for (size_t v = 0; v < mesh.vertex_count(); ++v) {
+            const Vec3 p = vertex(mesh, v);
+            EXPECT_GT(p.y, 0) << "that side has rock alone, to " << rock;
+            if (p.y == 24) lowest = std::min(lowest, p.z);
+        }
+        EXPECT_NEAR(lowest, rock, 1e-5);
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::surface_mesh_test

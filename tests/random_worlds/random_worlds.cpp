@@ -1,6 +1,6 @@
 // Runs random worlds by the thousand: random_worlds [--seeds A..B] [--minutes M] [--steps N]
-//     [--seed N] [--run watched|repeated|restored|gl] [--kind any|calm|small] [--minimize]
-//     [--describe] [--trace] [--every S] [--all] [--weather | --dry]
+//     [--seed N] [--run watched|repeated|restored|gl|drawn] [--kind any|calm|small]
+//     [--minimize] [--describe] [--trace] [--every S] [--all] [--weather | --dry]
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -19,6 +19,7 @@
 #include "make_plan.h"
 #include "mechanics.h"
 #include "minimize.h"
+#include "run_drawn.h"
 
 namespace bsoil::random_worlds {
 namespace {
@@ -53,7 +54,7 @@ struct Arguments {
 
 /// What a seed is run as, unless the command line says so: most are watched.
 PlanKind kind_of(uint64_t seed) { return seed % 3 == 0 ? PlanKind::calm : PlanKind::any; }
-constexpr uint64_t kOnGlEvery = 50, kWeatherOnGlEvery = 10;
+constexpr uint64_t kOnGlEvery = 50, kWeatherOnGlEvery = 10, kDrawnEvery = 5;
 
 const char* name_of(PlanKind kind) {
     constexpr const char* kNames[] = {"any", "calm", "small"};
@@ -130,6 +131,7 @@ void run_seed(uint64_t seed, bool has_weather, const Arguments& arguments, Tally
     if (seed % (has_weather ? kWeatherOnGlEvery : kOnGlEvery) == 0) {
         run_one({seed, PlanKind::small, has_weather}, Run::on_gl, arguments, tally);
     }
+    if (seed % kDrawnEvery == 0 && can_draw()) run_one(world, Run::drawn, arguments, tally);
 }
 
 int run_all(const Arguments& arguments) {
@@ -197,7 +199,8 @@ std::optional<Arguments> parse(int count, char** values) {
         } else if (name == "--minutes") {
             out.minutes = std::strtod(value.c_str(), nullptr);
         } else if (name == "--run") {
-            for (const Run run : {Run::watched, Run::repeated, Run::restored, Run::on_gl}) {
+            for (const Run run :
+                 {Run::watched, Run::repeated, Run::restored, Run::on_gl, Run::drawn}) {
                 if (value == random_worlds::name_of(run)) out.run = run;
             }
             if (!out.run) return {};
@@ -222,7 +225,7 @@ int main(int argument_count, char** arguments) {
         std::fprintf(
             stderr,
             "usage: random_worlds [--seeds A..B | --seed N] [--minutes M] [--steps N]\n"
-            "    [--run watched|repeated|restored|gl] [--kind any|calm|small]\n"
+            "    [--run watched|repeated|restored|gl|drawn] [--kind any|calm|small]\n"
             "    [--minimize] [--describe] [--trace] [--every S] [--all] [--weather | --dry]\n");
         return 2;
     }

@@ -4,7 +4,7 @@
 #   --seeds A..B         which worlds; 1..1000
 #   --minutes M          no longer than that; Ctrl-C ends it after the world at hand
 #   --steps N            until so many steps are done
-#   --seed N --run watched|repeated|restored|gl --kind any|calm|small
+#   --seed N --run watched|repeated|restored|gl|drawn --kind any|calm|small
 #                        one world alone, as the line "replay:" of a failure says
 #   --describe           prints what is in it
 #   --minimize           drops what the failure does not need

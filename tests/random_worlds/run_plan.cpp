@@ -9,6 +9,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "mechanics.h"
+#include "run_drawn.h"
 
 namespace bsoil::random_worlds {
 namespace {
@@ -146,7 +147,7 @@ void run_restored(const WorldPlan& plan, Failures& failures) {
 }  // namespace
 
 const char* name_of(Run run) {
-    constexpr const char* kNames[] = {"watched", "repeated", "restored", "gl"};
+    constexpr const char* kNames[] = {"watched", "repeated", "restored", "gl", "drawn"};
     return kNames[static_cast<int>(run)];
 }
 
@@ -185,6 +186,9 @@ std::vector<Failure> run_plan(const WorldPlan& plan, Run run) {
             break;
         case Run::on_gl:
             run_on_gl(plan, failures);
+            break;
+        case Run::drawn:
+            run_drawn(plan, failures);
             break;
     }
     return failures.list();

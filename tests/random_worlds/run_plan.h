@@ -13,6 +13,7 @@ enum class Run {
     repeated,  ///< twice with one thread, once with two: equal bit for bit
     restored,  ///< from a snapshot of the world: goes on bit for bit
     on_gl,     ///< software GL against the CPU, some steps
+    drawn,     ///< with pictures and without
 };
 const char* name_of(Run run);
 

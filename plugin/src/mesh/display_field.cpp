@@ -62,13 +62,14 @@ DisplayField::Column DisplayField::make_column(const GridColumns& grid, const Ti
     const auto before = [](int at, int size) {
         return at < 0 ? std::min(1, size - 1) : std::max(0, size - 2);
     };
+    const bool is_fine = levels.finest_at(std::clamp(x, 0, nx - 1), std::clamp(y, 0, ny - 1)) == 0;
     if (y < 0 || y == ny) {
         const Column last = make_column(grid, levels, x, std::clamp(y, 0, ny - 1));
-        return continued(last, make_column(grid, levels, x, before(y, ny)));
+        return continued(last, make_column(grid, levels, x, before(y, ny)), is_fine);
     }
     if (x < 0 || x == nx) {
         const Column last = make_column(grid, levels, std::clamp(x, 0, nx - 1), y);
-        return continued(last, make_column(grid, levels, before(x, nx), y));
+        return continued(last, make_column(grid, levels, before(x, nx), y), is_fine);
     }
     const TileColumns& tile = grid.tiles[(y / kTileSide) * grid.tile_count[0] + x / kTileSide];
     const int c = (y % kTileSide) * kTileSide + x % kTileSide;
@@ -132,11 +133,24 @@ void DisplayField::continue_into_solid(const GridColumns& grid, int x, int y, in
     }
 }
 
-DisplayField::Column DisplayField::continued(const Column& last, const Column& before) {
+/// Where soil on a support ends that a side of the grid lays bare: on that support, or at its
+/// highest sample, without which it would not be there at all.
+float DisplayField::bare_bottom(const Run& run, std::span<const SolidRun> solids) {
+    const auto support = std::ranges::find_if(
+        solids, [&run](const SolidRun& solid) { return solid.top > run.bottom; });
+    if (support == solids.end()) return run.bottom;
+    const float highest = std::ceil(run.top - 0.5f) - 0.5f;
+    return std::max(run.bottom, std::min(support->top, highest));
+}
+
+/// is_fine: at full detail. From afar what is hidden fills up what coarse terrain leaves open.
+DisplayField::Column DisplayField::continued(const Column& last, const Column& before,
+                                             bool is_fine) {
     Column column = last;
     column.run_begin = static_cast<uint32_t>(runs_.size());
     for (uint32_t r = last.run_begin; r < last.run_end; ++r) {
         Run run = runs_[r];
+        if (run.in_solid && is_fine) continue;  // the plane would lay it bare
         for (uint32_t b = before.run_begin; b < before.run_end; ++b) {
             const Run inner = runs_[b];
             if (std::abs(inner.top - run.top) > kSheetStep) continue;
@@ -147,6 +161,7 @@ DisplayField::Column DisplayField::continued(const Column& last, const Column& b
             break;
         }
         run.top = std::min(run.top, static_cast<float>(lattice_[2].size));
+        if (run.on_solid && is_fine) run.bottom = bare_bottom(run, column.solids);
         if (run.top > run.bottom) runs_.push_back(run);
     }
     column.run_end = static_cast<uint32_t>(runs_.size());

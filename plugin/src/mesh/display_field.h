@@ -114,7 +114,8 @@ class DisplayField {
     const Run* run_at(int i, int j, float z) const;
     float limited(int i, int j, float z) const;
     Column make_column(const GridColumns& grid, const TileLevels& levels, int x, int y);
-    Column continued(const Column& last, const Column& before);
+    Column continued(const Column& last, const Column& before, bool is_fine);
+    static float bare_bottom(const Run& run, std::span<const SolidRun> solids);
     void continue_into_solid(const GridColumns& grid, int x, int y, int spacing, Column& column);
     void set_bits(int i, int j);
 
