@@ -208,6 +208,33 @@ TEST(Impact, depth_does_not_hang_on_the_voxel) {
     EXPECT_NEAR(impact_depth_m({.voxel_m = 0.03}, 1.0 / 120), coarse_m, 0.1 * coarse_m);
 }
 
+/// How deep a box of 100 kg and 0.4 m lies that fell flat on sand, by `above_m` higher than
+/// kBedTopM.
+double fallen_box_depth_m(double height_m, double above_m) {
+    BulletScene scene;
+    SoilDef def = small_bed();
+    def.voxel_m = 0.05;
+    def.size_m = {1.6, 2, 1.6};
+    const auto soil = sand_bed(*scene.world, def);
+    const double top_m = kBedTopM + above_m;
+    EXPECT_TRUE(above_m == 0 || soil->fill(BoxFill{{{-1, kBedTopM, -1}, {1, top_m, 1}}, {}}));
+    btRigidBody& box = scene.add(100, scene.shape<btBoxShape>(btVector3(0.2f, 0.2f, 0.2f)),
+                                 btVector3(0, btScalar(top_m + 0.2 + height_m), 0));
+    scene.run(1);
+    return top_m + 0.2 - height_of(box);
+}
+
+// Where the top is that of a voxel, the faces of the voxels below are above it until the box
+// reaches them. The flow of momentum into those stopped it in the air. By hand m g (h + D) is the
+// work of the force of a plate of its size: 14 mm from 0.2 m.
+TEST(Impact, depth_does_not_hang_on_where_in_a_voxel_the_top_lies) {
+    for (const double height_m : {0.05, 0.1, 0.15, 0.2, 0.4}) {
+        const double within_m = fallen_box_depth_m(height_m, 0.02);
+        EXPECT_NEAR(fallen_box_depth_m(height_m, 0), within_m, 0.03 * within_m) << height_m;
+    }
+    EXPECT_NEAR(fallen_box_depth_m(0.2, 0), 0.014, 0.0014);
+}
+
 TEST(Impact, depth_does_not_hang_on_where_the_substep_ends) {
     // At 60 Hz the ball falls by 62 mm a step.
     for (int i = 0; i < 4; ++i) {
