@@ -7,6 +7,7 @@
 
 #include "bullet_types.h"
 #include "coupling_def.h"
+#include "rigid_patch_constraint.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -15,6 +16,16 @@ namespace {
 /// last part of the path needs a point behind it to interpolate. Larger: the underside is sampled
 /// deeper than it ever gets.
 constexpr double kSparePath = 1.01;
+
+/// Soil this much below the plane that a body comes down on [voxels] is not what its underside
+/// there meets. Ours: as well as a column's height is known. Larger: a body is held in the air over
+/// soil that lies between its legs, or in it; smaller: a body on uneven ground is held at its bumps
+/// alone.
+constexpr double kSamePlaneVoxels = 1;
+/// What falls by less than this in a substep before the soil's first step [voxels] waits for that
+/// step. Ours: what stands there from the start does, and has its contacts from then on. Larger: a
+/// body that is thrown at once goes deeper; smaller: what was put on the soil is held twice.
+constexpr double kFastVoxels = 0.1;
 
 Aabb box_of(const btCollisionObject& object, Vec3 shift_m) {
     btVector3 low, high;
@@ -43,11 +54,18 @@ std::optional<double> effective_mass_kg(const btRigidBody& body, Vec3 arm_m, Vec
 }  // namespace
 
 /// Bodies that constraints of the host hold. Ours are not in the world, but those of another soil
-/// may be. A joint that broke stays in the world, switched off.
+/// may be, with what it has given the body beforehand. A joint that broke stays in the world,
+/// switched off.
 void FirstContacts::find_jointed(btDiscreteDynamicsWorld& world) {
     jointed_.clear();
+    given_n_.clear();
     for (int i = 0; i < world.getNumConstraints(); ++i) {
         btTypedConstraint& joint = *world.getConstraint(i);
+        if (const auto* row = dynamic_cast<const RigidPatchConstraint*>(&joint)) {
+            for (const btRigidBody* body : {&joint.getRigidBodyA(), &joint.getRigidBodyB()}) {
+                if (!body->isStaticObject()) given_n_[body] += from_bullet(row->preload_n(*body));
+            }
+        }
         if (!joint.isEnabled() || SubstepRows::is_row(joint)) continue;
         jointed_.push_back(&joint.getRigidBodyA());
         jointed_.push_back(&joint.getRigidBodyB());
@@ -55,34 +73,38 @@ void FirstContacts::find_jointed(btDiscreteDynamicsWorld& world) {
     std::sort(jointed_.begin(), jointed_.end(), std::less<>());
 }
 
+/// Before the soil's first step nobody knows, and each body that moves may be one.
 void FirstContacts::find_carriers(const btDiscreteDynamicsWorld& world,
-                                  std::span<const BodyLoad> loads) {
+                                  std::span<const BodyLoad> loads, bool has_stepped) {
     carriers_.clear();
-    if (loads.empty()) return;
+    if (loads.empty() && has_stepped) return;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i) {
         const int id = collector_.body_id(*objects[i]);
-        if (id >= 0 && std::any_of(loads.begin(), loads.end(), [id](const BodyLoad& load) {
-                return load.body == id && load.mass_kg > 0;
-            })) {
-            carriers_.emplace(id, box_of(*objects[i], {}));
-        }
+        const auto is_of_it = [id](const BodyLoad& load) {
+            return load.body == id && load.mass_kg > 0;
+        };
+        const bool carries = has_stepped ? id >= 0 && std::ranges::any_of(loads, is_of_it)
+                                         : !objects[i]->isStaticObject();
+        if (carries) carriers_.emplace_back(objects[i], box_of(*objects[i], {}));
     }
 }
 
-bool FirstContacts::is_over_carrier(const Aabb& box, int but) const {
+bool FirstContacts::is_over_carrier(const Aabb& box, const btCollisionObject& but) const {
     return std::any_of(carriers_.begin(), carriers_.end(), [&](const auto& carrier) {
         const Vec3 low = carrier.second.min - box.max, high = box.min - carrier.second.max;
-        return carrier.first != but && std::max({low.x, low.y, low.z, high.x, high.y, high.z}) <= 0;
+        return carrier.first != &but &&
+               std::max({low.x, low.y, low.z, high.x, high.y, high.z}) <= 0;
     });
 }
 
-void FirstContacts::open_substep(btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads) {
+void FirstContacts::open_substep(btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads,
+                                 bool has_stepped) {
     const auto substep_s = static_cast<double>(world.getDispatchInfo().m_timeStep);
     if (!(substep_s > 0)) return;
     coupling_.take_rows_out();  // and the preloads: forces are the host's alone
     find_jointed(world);
-    find_carriers(world, loads);
+    find_carriers(world, loads, has_stepped);
     coupling_.find_touched();
     for (auto& [id, falling] : bodies_) falling.is_open = false;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
@@ -92,14 +114,17 @@ void FirstContacts::open_substep(btDiscreteDynamicsWorld& world, std::span<const
         if (std::binary_search(jointed_.begin(), jointed_.end(), objects[i], std::less<>())) {
             continue;
         }
-        open(world, *body, substep_s);
+        open(world, *body, substep_s, has_stepped);
     }
     std::erase_if(bodies_, [](const auto& entry) { return !entry.second.is_open; });
 }
 
-void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s) {
-    const Vec3 acceleration_m_s2 =
-        static_cast<double>(body.getInvMass()) * from_bullet(body.getTotalForce());
+void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s,
+                         bool has_stepped) {
+    const auto given = given_n_.find(&body);
+    const Vec3 force_n =
+        from_bullet(body.getTotalForce()) - (given == given_n_.end() ? Vec3{} : given->second);
+    const Vec3 acceleration_m_s2 = static_cast<double>(body.getInvMass()) * force_n;
     const Vec3 velocity_m_s = from_bullet(body.getLinearVelocity()) + substep_s * acceleration_m_s2;
     // What no point of it can reach in this substep needs no closer look.
     const Aabb box = box_of(body, {});
@@ -107,6 +132,7 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     const double turn_m_s = radius_m * static_cast<double>(body.getAngularVelocity().length());
     const double fall_m = substep_s * (turn_m_s - dot(velocity_m_s, up_));
     if (!(fall_m > 0) || !is_rigid(from_bullet(body.getWorldTransform()))) return;
+    if (!has_stepped && fall_m < kFastVoxels * coupling_.voxel_m()) return;
     const BodyState* state = collector_.meet(world, body);
     if (!state) return;
     const auto known = bodies_.find(state->id);
@@ -114,16 +140,14 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     const BodyReport report = coupling_.report(state->id);
     const bool is_held = report.sinkage_m > 0;
     if (known == bodies_.end() &&
-        (is_held || is_over_carrier({box.min - fall_m * up_, box.max}, state->id))) {
+        (is_held || is_over_carrier({box.min - fall_m * up_, box.max}, body))) {
         return;
     }
     Falling falling = known == bodies_.end() ? Falling{} : known->second;
+    falling.is_new = known == bodies_.end();
     if (!is_held) {
         const std::optional<SurfaceSoil> soil = soil_below_.under(box);
         if (!soil) return;
-        const bool is_own = known == bodies_.end() && carriers_.contains(state->id) &&
-                            dot(soil->plane.position_m - box.min, up_) > 0;
-        if (is_own) return;
         falling.surface = *soil;
         // Bullet's speed of a body in free fall is that of the substep's middle.
         if (known == bodies_.end()) {
@@ -137,6 +161,21 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
         falling.age_s += substep_s;
         bodies_[state->id] = falling;
     }
+}
+
+/// Of a body with a hollow the plane under its middle may be that of soil in there, and of a body
+/// that carries soil, its own. The underside meets what lies below it: looked for from where it is
+/// now, `up_m` above where it would go.
+void FirstContacts::leave_what_meets(Vec3 up_m, const SurfacePoint& plane) {
+    const double least_m = -kSamePlaneVoxels * coupling_.voxel_m();
+    std::erase_if(elements_, [&](const ContactVoxel& element) {
+        const std::optional<SurfaceSoil> below = soil_below_.at(element.position_m + up_m);
+        if (!below) return true;
+        const Vec3 at = below->plane.position_m;
+        const double above_plane_m =
+            dot(at - plane.position_m, plane.normal) / dot(plane.normal, up_);
+        return above_plane_m < least_m;
+    });
 }
 
 std::optional<FirstContacts::Approach> FirstContacts::approach(const BodyState& state,
@@ -161,6 +200,7 @@ std::optional<FirstContacts::Approach> FirstContacts::approach(const BodyState& 
     const double apart_m =
         sample_underside(shapes, deepest, box_of(body, -most_m * n), falling.surface, up_,
                          coupling_.voxel_m(), state.id, elements_);
+    if (falling.is_new) leave_what_meets(most_m * n, falling.surface.plane);
     if (elements_.empty()) return {};
 
     // The point that meets it, and the mass that is behind it.

@@ -21,8 +21,8 @@ namespace bsoil::bullet {
 /// rows so that Bullet takes it to where the solution ends. After that the soil's contacts hold it.
 /// Three cases wait for the soil's own step: a body on joints, which is not free, one that its host
 /// has locked against the soil's push, and soil that a body carries, which yields together with its
-/// carrier. Soil that a falling body itself carries is not what it falls on: the surface has to lie
-/// below it.
+/// carrier. Soil in a body's hollow or between its legs is not what it falls on: what its underside
+/// meets lies below that.
 class FirstContacts {
   public:
     /// The references must outlive this.
@@ -31,9 +31,11 @@ class FirstContacts {
         : collector_(collector), coupling_(coupling), soil_below_(soil_below), up_(up) {}
 
     /// Start of a substep of the world's dispatch time, before the coupling's; may be called again
-    /// within it. loads: as of the last soil step. Cost: lines through the shapes
-    /// of each body in impact, 150 or one for each voxel of its underside.
-    void open_substep(btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
+    /// within it. loads: as of the last soil step, and whether there was any: before it bodies
+    /// count that are fast alone. Cost: lines through the shapes of each body in impact, 150 or one
+    /// for each voxel of its underside.
+    void open_substep(btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads,
+                      bool has_stepped);
     /// End of a substep.
     void close_substep();
     /// After a step of the soil: lets go bodies that its contacts hold.
@@ -50,13 +52,17 @@ class FirstContacts {
         double next_lead_m_s = 0;  ///< once the substep is through
         double speed_m_s = 0;      ///< into the soil, at its end
         double age_s = 0;          ///< since it met the surface
+        bool is_new = false;       ///< meets the surface in this substep
         bool is_open = false;      ///< met the soil in this substep
     };
     bool has_stopped(double speed_m_s, double duration_s) const;
     void find_jointed(btDiscreteDynamicsWorld& world);
-    void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads);
-    bool is_over_carrier(const Aabb& box, int but) const;
-    void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s);
+    void find_carriers(const btDiscreteDynamicsWorld& world, std::span<const BodyLoad> loads,
+                       bool has_stepped);
+    bool is_over_carrier(const Aabb& box, const btCollisionObject& but) const;
+    void open(btDiscreteDynamicsWorld& world, btRigidBody& body, double substep_s,
+              bool has_stepped);
+    void leave_what_meets(Vec3 up_m, const SurfacePoint& plane);
     /// A body that moves into the soil; impact_ is started for it.
     struct Approach {
         Fall fall;
@@ -74,9 +80,10 @@ class FirstContacts {
     ContactCoupling& coupling_;
     const SoilBelow& soil_below_;
     Vec3 up_;
-    std::map<int, Falling> bodies_;                  ///< by body id
-    std::vector<const btCollisionObject*> jointed_;  ///< sorted
-    std::map<int, Aabb> carriers_;                   ///< boxes of bodies that carry soil, by id
+    std::map<int, Falling> bodies_;                     ///< by body id
+    std::vector<const btCollisionObject*> jointed_;     ///< sorted
+    std::map<const btCollisionObject*, Vec3> given_n_;  ///< by other soils, before the solve
+    std::vector<std::pair<const btCollisionObject*, Aabb>> carriers_;  ///< boxes of those of soil
     std::vector<ContactVoxel> elements_;
     Impact impact_;
     std::vector<ContactPatch> patches_;

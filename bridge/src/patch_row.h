@@ -21,6 +21,7 @@ struct PatchRow {
     /// Motion since the contact formed that the soil did not yield to: what the solver, which stops
     /// short of its solution, has let through. The rows work it off.
     btVector3 drift_m{0, 0, 0};
+    btVector3 preload_n{0, 0, 0};  ///< given to the body before the solve, as a force
 
     /// Of the point along direction[i], relative to the carrier where the row acts on that too,
     /// that the row aims at [m/s].

@@ -17,6 +17,10 @@ class RigidPatchConstraint final : public btTypedConstraint {
     /// carrier: null for the fixed body.
     RigidPatchConstraint(btRigidBody& body, btRigidBody* carrier);
     bool acts_on(const btRigidBody* carrier) const { return carrier_ == carrier; }
+    /// What the body, or the carrier, has been given before the solve [N].
+    btVector3 preload_n(const btRigidBody& of) const {
+        return &of == carrier_ ? -row_.preload_n : row_.preload_n;
+    }
 
     /// Force on the body by the last solve [N]. Bullet tells what has moved a body: nothing along
     /// an axis that its host has locked (setLinearFactor). There the force is the other body's,

@@ -32,9 +32,8 @@ struct SoilAction::Impl {
         vehicles->open_substep();
         if (!enabled) return;
         carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
-        // Before the soil has stepped nobody knows what carries it.
         const StepReport& known = current_report();
-        if (known.substep_count > 0) first_contacts.open_substep(*world, known.loads);
+        first_contacts.open_substep(*world, known.loads, known.substep_count > 0);
         coupling.open_substep();
     }
     /// Whether it is a substep of Bullet's that asks the anchor, and not its host, who looks for

@@ -85,6 +85,7 @@ PatchRow SubstepRows::row_of(const CoupledBody& coupled, const CoupledPatch& pat
     const bool is_driven = p.carrier >= 0 && !carrier.feels();
     PatchRow row;
     row.drift_m = to_bullet(patch.drift_m);
+    row.preload_n = to_bullet(patch.preload_n);
     const Vec3 directions[PatchRow::kCount] = {-p.normal, t, cross(p.normal, t)};
     for (int i = 0; i < PatchRow::kCount; ++i) {
         const double most_n = i == 0 ? p.normal_limit_n : i == 1 ? limit_n : across * limit_n;

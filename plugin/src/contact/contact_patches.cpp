@@ -341,7 +341,11 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
         });
         sums.append_to(patches_);
     }
-    return total.contact(voxels, law.up());
+    const BodyContact contact = total.contact(voxels, law.up());
+    // The flux of momentum into faces above the surface holds nothing in the air: before any face
+    // has reached the soil a body falls as if there were none.
+    if (!(contact.depth_m > 0)) patches_.clear();
+    return contact;
 }
 
 // Stable: each bin's voxels keep their order.

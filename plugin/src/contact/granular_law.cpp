@@ -409,10 +409,9 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
     const double cohesive_pa =
         depth_m > 0 ? pressed * turned * bonded * cohesive_stress_pa(down, factors.developed, soil)
                     : 0;
-    // Momentum flux of the soil that the element sets in motion anew: none above the surface.
+    // Momentum flux of the soil that the element sets in motion anew.
     const double impact_m_s = std::max(0.0, along.approach_m_s);
-    const double inertial_pa =
-        depth_m > 0 ? contact.inflow_share * momentum_flux(soil.density_kg_m3, impact_m_s) : 0;
+    const double inertial_pa = contact.inflow_share * momentum_flux(soil.density_kg_m3, impact_m_s);
 
     ElementYield out;
     out.area_share = area_share_of(contact, soil.friction_angle_rad, def(), up);
