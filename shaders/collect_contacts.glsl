@@ -120,25 +120,31 @@ int soil_outwards(int slot, ivec3 at, int voxel, ivec3 inwards, OUT(int) support
     return soil_voxel;
 }
 
-// The soil outwards, as if it were all of one kind.
+// The soil outwards. Its density is that of what is mostly of the material that the body meets; where there is no such soil, as
+// behind a load of another material, that of the soil which the body meets.
 SoilBeside soil_beside(int slot, ivec3 at, int body, int soil_voxel, ivec3 inwards) {
     SoilBeside found;
     found.density = kDensityFixed;
     found.undisturbed = kOneQ16;
-    int loose = loose_of_range(soil_voxel);
-    if (loose <= 0 && params.bank_strength == 0) return found;
-    int mass = 0;
+    int material = main_material(soil_voxel);
+    bool has_range = tables[kSoilStates * material * kTableWords + kTableLoose] > 0;
+    if (!has_range && params.bank_strength == 0) return found;
+    DensitySum sum = no_density(material);
     int held = 0;
     int bonded = 0;
     for (int n = 0; n <= shapes[body * kBodyWords + kBodyReach]; ++n) {
         int beside = voxel_outwards(slot, at, inwards, n);
         if (beside >= 0) {
-            mass += mass_at(beside);
+            if (has_range) add_density(beside, sum);
             held += state_at(kPlaneVolume, beside);
             if (params.bank_strength > 0) bonded += state_at(kPlaneBond, beside);
         }
     }
-    if (loose > 0) found.density = relative_density(soil_voxel, loose, mass, held);
+    if (has_range) {
+        if (sum.mass == 0) add_density(soil_voxel, sum);
+        close_density(sum);
+        found.density = density_between(sum.most_held, sum.range, sum.held);
+    }
     found.undisturbed = undisturbed_share(bonded, held);
     return found;
 }

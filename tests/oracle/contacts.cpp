@@ -10,28 +10,42 @@ namespace {
 
 /// Soil of several voxels.
 struct Sum {
-    double mass = 0, volume = 0, bond = 0;
+    double volume = 0, bond = 0;
+    /// Of those with most of one material: their volume, and what it is loose and compacted, each
+    /// by its own mixture.
+    double held = 0, loose = 0, compacted = 0;
+
+    void add_density(const Model& model, const Voxel& voxel) {
+        const auto [loose_of_mass, compacted_of_mass] = volume_range(model, voxel);
+        held += voxel.soil;
+        loose += loose_of_mass * voxel.total_mass();
+        compacted += compacted_of_mass * voxel.total_mass();
+    }
 };
 
 /// Of the voxels (x, y, z) + k (dx, dy, dz), k = 0..reach.
-Sum sum_outwards(const Field& field, int x, int y, int z, int dx, int dy, int dz, int reach) {
+Sum sum_outwards(const Model& model, const Field& field, int material, int x, int y, int z, int dx,
+                 int dy, int dz, int reach) {
     Sum sum;
     for (int k = 0; k <= reach; ++k) {
         if (field.inside(x + k * dx, y + k * dy, z + k * dz)) {
             const Voxel& voxel = field.at(x + k * dx, y + k * dy, z + k * dz);
-            sum.mass += voxel.total_mass();
             sum.volume += voxel.soil;
             sum.bond += voxel.bond;
+            const bool is_other = voxel.total_mass() > 0 && voxel.main_material() != material;
+            if (!is_other) sum.add_density(model, voxel);
         }
     }
     return sum;
 }
 
-/// Where such soil stands between loose (0) and compacted (1).
-double relative_density(const Model& model, const Voxel& soil, const Sum& sum) {
-    const auto [loose, compacted] = volume_range(model, soil);
+/// Where such soil stands between loose (0) and compacted (1); -1 where density is fixed. Of the
+/// soil that the body meets, where there is none with most of that material.
+double relative_density(const Model& model, const Voxel& soil, Sum sum) {
     if (model.loose_volume[static_cast<size_t>(soil.main_material())] == 0) return -1;
-    return std::clamp((loose - sum.volume / sum.mass) / (loose - compacted), 0.0, 1.0);
+    if (sum.loose == 0) sum.add_density(model, soil);
+    const double range = sum.loose - sum.compacted;
+    return range > 0 ? std::clamp((sum.loose - sum.held) / range, 0.0, 1.0) : 0;
 }
 
 /// What lies behind a load that is full from its body to there, along the level part of the
@@ -146,7 +160,7 @@ std::vector<Contact> find_contacts(const Model& model, const Field& field,
         const Vec3 gaps{g.x == 0 ? gap : gap_beside(g.x > 0 ? 1 : -1, 0, 0),
                         g.y == 0 ? gap : gap_beside(0, g.y > 0 ? 1 : -1, 0),
                         g.z == 0 ? gap : gap_beside(0, 0, g.z > 0 ? 1 : -1)};
-        const Sum sum = sum_outwards(field, x, y, z, -in[0], -in[1], -in[2],
+        const Sum sum = sum_outwards(model, field, material, x, y, z, -in[0], -in[1], -in[2],
                                      bodies[static_cast<size_t>(body)].reach);
         contacts.push_back({x, y, z, body, g, gaps, std::max(0.0, voxel.soil + voxel.psi() - 1),
                             material, relative_density(model, soil, sum),

@@ -32,9 +32,10 @@ struct Contact {
     Vec3 gap;
     double excess = 0;  ///< soil beyond the voxel's room
     int material = 0;
-    double relative_density = -1;  ///< of the soil along the way out; -1 where density is fixed
-    int carrier = -1;              ///< body that the soil rests on; -1: the ground
-    double undisturbed = 1;        ///< share of that soil by volume that never moved
+    /// Of the soil along the way out with most of that material; -1 where its density is fixed.
+    double relative_density = -1;
+    int carrier = -1;        ///< body that the soil rests on; -1: the ground
+    double undisturbed = 1;  ///< share of that soil by volume that never moved
     bool is_between_walls = false;
     /// Voxels up to the lowest soil over it, in this voxel or the two above, where that is the
     /// body's load; else -1. And by side, +x, -x, +y, -y, whether it ends there at soil on the

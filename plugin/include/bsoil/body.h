@@ -103,8 +103,8 @@ struct ContactVoxel {
     /// its wedge over the ground as it lies has, and at least compression_m.
     double bearing_depth_m = 0;
     int material = 0;  ///< index into SoilDef::material_list()
-    /// Of the soil beside the body, mean along the way out: 0 loose, 1 compacted; negative where
-    /// its density is fixed.
+    /// Of the soil beside the body that is mostly of that material, mean along the way out: 0
+    /// loose, 1 compacted; negative where its density is fixed.
     double relative_density = -1;
     double saturation = 0;  ///< share of that soil's pores that water fills, 0..1
     /// Share of that soil that was never moved, mean along the way out, 0..1: it has its cohesion.

@@ -24,6 +24,22 @@ constexpr double kHigherVoxels = 0.5;
 /// missed, which the body then meets by its contacts.
 constexpr int kHeightsMost = 16;
 
+/// Where soil of this density stands between loose (0) and compacted (1), by its own mixture:
+/// volumes of its materials add up.
+/// shares: by mass, of each material
+double relative_density(std::span<const MaterialDef> materials, std::span<const double> shares,
+                        double density_kg_m3) {
+    double loose = 0, compacted = 0;  // volume of a unit of mass
+    for (size_t m = 0; m < materials.size(); ++m) {
+        const MaterialDef& material = materials[m];
+        const bool has_range = material.has_density_range();
+        loose += shares[m] / (has_range ? material.loose_density_kg_m3 : material.density_kg_m3);
+        compacted +=
+            shares[m] / (has_range ? material.compacted_density_kg_m3 : material.density_kg_m3);
+    }
+    return std::clamp((loose - 1 / density_kg_m3) / (loose - compacted), 0.0, 1.0);
+}
+
 }  // namespace
 
 std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
@@ -59,10 +75,9 @@ std::optional<SurfaceSoil> SoilBelow::at(Vec3 world_m) const {
     out.material = beneath.material;
     out.saturation = beneath.saturation;
     out.undisturbed = beneath.undisturbed;
-    const MaterialDef& material = soil_.materials()[static_cast<size_t>(beneath.material)];
-    if (material.has_density_range()) {
-        out.relative_density =
-            std::clamp(material.relative_density(beneath.density_kg_m3), 0.0, 1.0);
+    if (soil_.materials()[static_cast<size_t>(beneath.material)].has_density_range()) {
+        out.relative_density = relative_density(soil_.materials(), soil_.material_shares(x, y, z),
+                                                beneath.density_kg_m3);
     }
     return out;
 }
