@@ -65,6 +65,7 @@ Status SceneRun::start(const RunDef& def) {
     bullet_ = std::move(*made);
     readings_.resize(bullet_->bodies().size());
     peak_force_n_.resize(bullet_->bodies().size());
+    wheel_places_.resize(bullet_->bodies().size());
     if (scene_.soil) {
         if (Status added = add_soil(def); !added) return added;
     }
@@ -99,9 +100,20 @@ Status SceneRun::add_raycast_vehicles() {
         auto made = RaycastVehicle::create(item, *bullet_, action_.get());
         if (!made) return Error{scene_.message(item.at, made.error())};
         (*made)->place_wheels();
+        for (size_t b = 0; b < wheel_places_.size(); ++b) {
+            if (const auto wheel = (*made)->wheel_of(bullet_->bodies()[b].object)) {
+                wheel_places_[b] = {made->get(), *wheel};
+            }
+        }
         raycast_vehicles_.push_back(std::move(*made));
     }
     return Done{};
+}
+
+bullet::BodyReport SceneRun::soil_report(size_t body) const {
+    const WheelPlace& place = wheel_places_[body];
+    return place.vehicle ? place.vehicle->wheel_report(place.wheel)
+                         : action_->body_report(*bullet_->bodies()[body].object);
 }
 
 void SceneRun::substep() {
@@ -161,7 +173,7 @@ void SceneRun::step() {
         substep();
         if (!action_) continue;
         for (size_t b = 0; b < readings_.size(); ++b) {
-            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].object);
+            const bullet::BodyReport report = soil_report(b);
             BodyReading& reading = readings_[b];
             reading.force_n += report.force_n * (1.0 / substep_count_);
             reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);

@@ -101,6 +101,8 @@ class SceneRun {
     Status add_soil(const RunDef& def);
     Status add_raycast_vehicles();
     void substep();
+    /// Of bullet().bodies(), the wheels of vehicles too.
+    bullet::BodyReport soil_report(size_t body) const;
     void warn_of_bodies_outside();
     /// The scene's name of an object; empty: none of its bodies.
     std::string name_of(const btCollisionObject* object) const;
@@ -113,6 +115,12 @@ class SceneRun {
     std::unique_ptr<BulletScene> bullet_;
     std::unique_ptr<bullet::SoilAction> action_;  // goes before the world it lives in
     std::vector<std::unique_ptr<RaycastVehicle>> raycast_vehicles_;
+    /// Wheels of vehicles, by body: the soil meets those of their raycaster.
+    struct WheelPlace {
+        const RaycastVehicle* vehicle = nullptr;
+        int wheel = -1;
+    };
+    std::vector<WheelPlace> wheel_places_;
     std::optional<Backend> mesh_backend_;
     double step_s_;
     int substep_count_;
