@@ -488,6 +488,12 @@ Result<Scene> parse_scene(const std::string& text, const std::string& path) {
     return Error{error_text(std::move(errors), path)};
 }
 
+std::map<std::string, std::string> values_of(const std::string& table, const SceneItem& item) {
+    const std::vector<KeySpec>& keys = scene_schema().keys;
+    const auto key = std::ranges::find(keys, table, &KeySpec::name);
+    return key != keys.end() && key->table ? values_in(item, *key->table) : item.said;
+}
+
 Result<Scene> load_scene(const std::string& path) {
     const auto text = read_file(path, kTomlCapacity);
     if (!text) return Error{text.error()};

@@ -10,6 +10,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "reading/scene_load.h"
+#include "scene_origin.h"
 #include "soil_settings.h"
 #include "world/scene_shapes.h"
 #include "world/soil_filling.h"
@@ -21,8 +22,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kBlockVoxelCount = 512;
 constexpr char kProgressSection[] = "host.run";
-constexpr char kSoilSection[] = "host.soil";    ///< soil_settings
-constexpr char kSceneSection[] = "host.scene";  ///< "<up axis> <path of the scene file>"
+constexpr char kSoilSection[] = "host.soil";      ///< soil_settings
+constexpr char kOriginSection[] = "host.origin";  ///< scene_origin
+constexpr char kSceneSection[] = "host.scene";    ///< "<up axis> <path of the scene file>"
 
 nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -242,6 +244,7 @@ Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more
         def.materials = soil().materials();
         more.push_back({kSoilSection, soil_settings(def)});
     }
+    more.push_back({kOriginSection, scene_origin(scene_, has_soil() ? &scene_soil_ : nullptr)});
     const std::string scene =
         scene_.world.up + " " + std::filesystem::absolute(scene_.path).lexically_normal().string();
     more.push_back({kSceneSection, {scene.begin(), scene.end()}});
@@ -287,6 +290,10 @@ Status SceneRun::load(const std::string& path) {
             "is of another scene: its steps, bodies, joints or materials are others; run this "
             "scene "
             "anew");
+    }
+    if (const auto* origin = find_section(*sections, kOriginSection)) {
+        const Status same = check_origin(*origin, scene_, has_soil() ? &scene_soil_ : nullptr);
+        if (!same) return refuse(same.error());
     }
     SoilDef changed = scene_soil_;
     const std::vector<uint8_t>* settings = find_section(*sections, kSoilSection);
