@@ -120,6 +120,7 @@ void set_up_axis(Scene& scene, UpAxis up) {
     const QuarterTurn turn{up == UpAxis::y ? -1.0 : 1.0};
     if (scene.soil) {
         turn.apply(scene.soil->def.floor_center_m);
+        turn.apply(scene.soil->def.wind_m_s);
         std::swap(scene.soil->def.size_m.y, scene.soil->def.size_m.z);
         scene.soil->def.open_sides = turned_sides(scene.soil->def.open_sides, turn);
     }
