@@ -88,8 +88,9 @@ Status SceneRun::add_soil(const RunDef& def) {
     action_ = std::move(*action);
     const Status surfaces = set_surfaces(scene_, *bullet_, *action_);
     if (!surfaces) return surfaces;
-    const Status filled = fill_soil(scene_, action_->soil());
-    if (!filled) return filled;
+    auto filled = fill_soil(scene_, action_->soil());
+    if (!filled) return Error{filled.error()};
+    source_ids_ = std::move(*filled);
     totals_at_start_ = action_->soil().totals();
     scene_soil_ = action_->soil().def();
     scene_soil_.materials = action_->soil().materials();
@@ -158,6 +159,24 @@ std::vector<std::string> SceneRun::condition_texts(size_t first) const {
     for (size_t i = first; i < all.size(); ++i) {
         const std::string name = name_of(all[i].object);
         texts.push_back(condition_text(all[i].condition, name.empty() ? "" : "body " + name));
+    }
+    return texts;
+}
+
+std::vector<std::string> SceneRun::shortfall_texts() const {
+    constexpr double kShareLeast = 0.01;
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < source_ids_.size(); ++i) {
+        const auto state = soil().flow_state(source_ids_[i]);
+        if (!state) continue;  // somebody has taken it away
+        const double due_kg = state->mass_kg + state->missed_kg;
+        if (!(state->missed_kg > kShareLeast * due_kg)) continue;
+        texts.push_back(scene_.message(
+            scene_.sources[i].at,
+            fmt::format("source_short: a [[source]] has poured {:.4g} kg of {:.4g}, and held back "
+                        "the rest for good, for want of room; enlarge it, raise its `speed_m_s`, "
+                        "or move it away from soil",
+                        state->mass_kg, due_kg)));
     }
     return texts;
 }
@@ -365,6 +384,12 @@ nlohmann::ordered_json SceneRun::summary() const {
             json["water_units_in"] = end.water_units_in;
             json["water_units_out"] = end.water_units_out;
         }
+        Json sources = Json::array();
+        for (const int id : source_ids_) {
+            const auto state = soil().flow_state(id);
+            if (state) sources.push_back({{"kg", state->mass_kg}, {"missed_kg", state->missed_kg}});
+        }
+        if (!sources.empty()) json["sources"] = sources;
         double mass_kg = 0;
         for (const double material_kg : end.mass_kg) mass_kg += material_kg;
         json["soil_mass_kg"] = mass_kg;

@@ -89,6 +89,8 @@ class SceneRun {
     /// What the soil has run into, a sentence each with body, place and time; from number `first`
     /// on.
     std::vector<std::string> condition_texts(size_t first = 0) const;
+    /// Sources that hold back more than a hundredth of what was due so far, a sentence each.
+    std::vector<std::string> shortfall_texts() const;
     /// What is odd about the scene as it starts: bodies that the soil will not meet, a slow device.
     const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -130,6 +132,7 @@ class SceneRun {
     std::vector<BodyReading> readings_;
     std::vector<double> peak_force_n_;
     SoilDef scene_soil_;
+    std::vector<int> source_ids_;  ///< by source of the scene
     SoilTotals totals_at_start_;
     StageTimes stage_sum_ms_;
     double block_active_sum_ = 0;
