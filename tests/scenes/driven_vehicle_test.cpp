@@ -1,10 +1,13 @@
 // Raycast vehicles of scenes: what the file says, how they drive, what is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "reading/scene_load.h"
+#include "run/run_checks.h"
 #include "run/scene_run.h"
 
 namespace bsoil::scene::driven_vehicle_test {
@@ -49,6 +52,17 @@ struct Driven {
     Pose pose(const std::string& body = "chassis") const {
         return run->bullet().find_body(body)->pose();
     }
+    /// Of the soil in the last step.
+    const BodyReading& reading(const std::string& body) const {
+        const auto found = std::ranges::find(run->bullet().bodies(), body, &SceneBody::name);
+        return run->readings()[static_cast<size_t>(found - run->bullet().bodies().begin())];
+    }
+    Vec3 force_on_wheels_n() const {
+        Vec3 sum;
+        for (const char* wheel : kWheels) sum += reading(wheel).force_n;
+        return sum;
+    }
+    static constexpr std::array kWheels{"car/fl", "car/fr", "car/rl", "car/rr"};
 };
 
 TEST(SceneVehicle, of_a_scene_drives_steers_and_brakes) {
@@ -127,6 +141,65 @@ TEST(SceneVehicle, drives_the_same_way_where_y_is_up) {
     EXPECT_NEAR(b.x, a.x, 0.03);
     EXPECT_NEAR(b.y, a.z, 0.03);
     EXPECT_NEAR(-b.z, a.y, 0.03);
+}
+
+// The soil bears the car at its wheels, and what it does there is what moves the chassis.
+TEST(SceneVehicle, wheels_report_the_forces_of_the_soil) {
+    for (const UpAxis axis : {UpAxis::z, UpAxis::y}) {
+        SCOPED_TRACE(axis == UpAxis::y ? "y" : "z");
+        const Vec3 up = axis == UpAxis::y ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+        constexpr double kMassKg = 400, kWeightN = kMassKg * 9.81;
+        Driven car_run(car("", kSand), axis);
+        car_run.drive({}, 2);
+        for (const char* wheel : Driven::kWheels) {
+            const BodyReading& reading = car_run.reading(wheel);
+            EXPECT_NEAR(dot(reading.force_n, up), kWeightN / 4, 0.05 * kWeightN) << wheel;
+            EXPECT_GE(reading.peak_force_n, length(reading.force_n)) << wheel;
+            EXPECT_GT(reading.sinkage_m, 0.001) << wheel;
+            EXPECT_LT(reading.sinkage_m, 0.1) << wheel;
+        }
+        EXPECT_NEAR(dot(car_run.force_on_wheels_n(), up), kWeightN, 0.02 * kWeightN);
+        EXPECT_EQ(length(car_run.reading("chassis").force_n), 0) << "it touches no soil itself";
+
+        const SceneBody& chassis = *car_run.run->bullet().find_body("chassis");
+        const Vec3 before_m_s = chassis.linear_velocity_m_s();
+        Vec3 impulse_n_s;
+        double time_s = 0;
+        while (time_s < 1.5) {  // it drives off to the left
+            car_run.drive(DriveCommand{1, 1, 0}, car_run.run->step_s());
+            impulse_n_s += car_run.run->step_s() * car_run.force_on_wheels_n();
+            time_s += car_run.run->step_s();
+        }
+        const Vec3 gain_n_s = kMassKg * (chassis.linear_velocity_m_s() - before_m_s);
+        EXPECT_GT(gain_n_s.x, 100);
+        EXPECT_GT(std::abs(axis == UpAxis::y ? gain_n_s.z : gain_n_s.y), 20);
+        // Across the struts the chassis feels what the wheels do; along them a wheel moves too.
+        const Vec3 off_n_s = impulse_n_s - time_s * kWeightN * up - gain_n_s;
+        const double off_up_n_s = dot(off_n_s, up);
+        EXPECT_LT(length(off_n_s - off_up_n_s * up), 0.01 * length(gain_n_s));
+        EXPECT_LT(std::abs(off_up_n_s), 0.02 * time_s * kWeightN);
+    }
+}
+
+TEST(SceneVehicle, checks_see_the_forces_on_its_wheels) {
+    const Driven car_run(
+        car("[[check]]\nkind = \"body_force\"\nbody = \"car/fl\"\nmax_n = 1\n"
+            "[[check]]\nkind = \"force_steady\"\nbody = \"car/fl\"\nfrom_s = 2\nmax_n = 1\n"
+            "[[check]]\nkind = \"force_steady\"\nbody = \"car/fl\"\nfrom_s = 2\ndirection = "
+            "[0, 0, 1]\nmin_n = 950\nmax_n = 1010\n",
+            kSand));
+    RunChecks checks(*car_run.run);
+    while (!car_run.run->finished()) {
+        car_run.run->step();
+        checks.observe();
+    }
+    const std::vector<CheckResult> results = checks.results();
+    ASSERT_EQ(results.size(), 4u);
+    using Verdict = CheckResult::Verdict;
+    EXPECT_EQ(results[1].verdict, Verdict::fail) << results[1].figure;
+    EXPECT_EQ(results[2].verdict, Verdict::fail) << results[2].figure;
+    EXPECT_EQ(results[3].verdict, Verdict::pass) << results[3].figure;
+    EXPECT_GT(car_run.run->summary()["bodies"]["car/fl"]["soil_force_peak_n"], 950);
 }
 
 TEST(SceneVehicle, leaves_ruts) {

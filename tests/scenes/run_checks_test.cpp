@@ -69,6 +69,21 @@ TEST(Steadiness, saw_has_its_deviation_and_range) {
     EXPECT_NEAR(s.range, 2, 1e-2);
 }
 
+// A pipe of 2 mm with soil that falls out of it has no room for 3 kg/s.
+TEST(RunChecks, source_that_falls_short_is_a_status) {
+    const auto source = [](const char* radius_m) {
+        return kSand +
+               "[[source]]\nshape = \"disc\"\ncenter_m = [0, 0, 0.5]\nrate_kg_s = 3\nradius_m = " +
+               radius_m + "\n[[check]]\nkind = \"no_status\"\n";
+    };
+    EXPECT_TRUE(passes(source("0.2")));
+    const CheckResult result = result_of(source("0.001"));
+    EXPECT_EQ(result.verdict, CheckResult::Verdict::fail);
+    EXPECT_NE(result.figure.find("source_short: a [[source]] has poured "), std::string::npos)
+        << result.figure;
+    EXPECT_EQ(result.figure.rfind("s.toml:", 0), 0u) << result.figure;
+}
+
 TEST(MechanicalEnergy, counts_motion_turning_and_height) {
     btBoxShape box(btVector3(1, 0.5f, 0.25f));
     btVector3 inertia;

@@ -126,6 +126,8 @@ TEST(SceneErrors, material_has_to_be_defined) {
 const std::string kBox =
     "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\n";  // lines 3 to 6
 
+const std::string kSoil = "[soil]\nsize_m = [2, 1, 1]\n";  // two lines
+
 TEST(SceneErrors, sources_sinks_and_open_sides_are_checked) {
     const std::string soil = "[soil]\nsize_m = [1, 1, 1]\n";
     expect_error(soil + "open_sides = [\"east\"]\n", "\"east\" is not one of -x, +x");
@@ -246,6 +248,66 @@ TEST(SceneErrors, window_of_a_check_has_a_length) {
                  "s.toml:11:8: `to_s` 0.5 must lie after `from_s` 0.5");
     expect_error(kBox + "[[check]]\nkind = \"speed_steady\"\nbody = \"a\"\nto_s = 5\n",
                  "s.toml:10:8: `to_s` 5 lies after the end of the run, 1 s");
+}
+
+TEST(SceneErrors, moment_after_the_end_of_the_run_is_refused) {
+    expect_error("[record]\nmoments_s = [0.5, 7]\n",
+                 "s.toml:4:13: `moments_s` 7 lies after the end of the run, 1 s; raise");
+}
+
+TEST(SceneErrors, unsteadiness_needs_three_steps) {
+    const std::string steady = kSoil + kBox + "[[check]]\nbody = \"a\"\nkind = ";
+    expect_error(steady + "\"force_steady\"\nfrom_s = 0.999\nmax_deviation_fraction = 0.1\n",
+                 "`from_s` 0.999 until 1 s there are 1 steps, and unsteadiness needs at least 3");
+    expect_error(steady + "\"speed_steady\"\nfrom_s = 0.5\nto_s = 0.51\nmax_range_fraction = 1\n",
+                 "raise `to_s`");
+    expect_error(steady + "\"force_steady\"\nto_s = 0.034\nmax_range_fraction = 1\n",
+                 "there are 2 steps");  // at the start there is no force yet
+    EXPECT_EQ(
+        errors_of(kWorld + steady + "\"speed_steady\"\nto_s = 0.034\nmax_range_fraction = 1\n"),
+        "no error");
+    EXPECT_EQ(errors_of(kWorld + steady + "\"force_steady\"\nfrom_s = 0.999\nmax_n = 1\n"),
+              "no error");
+}
+
+TEST(SceneErrors, limits_of_a_check_leave_something_between) {
+    const std::string check = kSoil + kBox + "[[check]]\nkind = ";
+    expect_error(check + "\"body_height\"\nbody = \"a\"\nmin_m = 2\nmax_m = 1\n",
+                 "s.toml:13:9: `max_m` 1 must not be below `min_m` 2: no value lies between");
+    expect_error(check + "\"body_force\"\nbody = \"a\"\nmin_n = 2\nmax_n = 1\n", "`max_n` 1");
+    expect_error(check + "\"mass_in\"\nat_s = 1\nmin_kg = 2\nmax_kg = 1\n", "`max_kg` 1");
+    expect_error(check + "\"speed_steady\"\nbody = \"a\"\nmin_m_s = 2\nmax_m_s = 1\n",
+                 "`max_m_s` 1");
+    EXPECT_EQ(errors_of(kWorld + check + "\"body_height\"\nbody = \"a\"\nmin_m = 1\nmax_m = 1\n"),
+              "no error");
+}
+
+TEST(SceneErrors, heights_are_measured_inside_of_the_soils_box) {
+    const auto at = [](const std::string& place, const std::string& more) {
+        return kSoil + more + "[[check]]\nkind = \"surface_height\"\nat_s = 1\nexpected_m = 0\n" +
+               "tolerance_m = 1\nat_m = " + place + '\n';
+    };
+    const std::string yaw = "yaw_deg = 45\n";
+    expect_error(at("[5, 0, 0]", ""),
+                 "s.toml:10:8: `at_m` [5, 0, 0] lies beside the soil, whose box of 2 x 1 m has its "
+                 "middle at [0, 0, 0]; move it inside, or enlarge `size_m` of [soil]");
+    expect_error(at("[0, 0.6, 0]", ""), "lies beside the soil");
+    expect_error(at("[0.9, 0, 0]", yaw), "lies beside the soil");
+    for (const std::string inside : {"[1, -0.5, 0]", "[-1, 0.5, 9]"}) {
+        EXPECT_EQ(errors_of(kWorld + at(inside, "")), "no error") << inside;
+    }
+    EXPECT_EQ(errors_of(kWorld + at("[0.7, 0.7, 0]", yaw)), "no error");
+    const std::string y_up = "up = \"y\"\n";
+    EXPECT_EQ(errors_of(kWorld + y_up + at("[0.7, 0, -0.7]", yaw)), "no error");
+    expect_error(y_up + at("[0.7, 0, 0.7]", yaw), "lies beside the soil");
+    expect_error(kSoil +
+                     "[[probe]]\nname = \"p\"\nkind = \"profile\"\nfrom_m = [0, 0, 0]\nto_m = "
+                     "[0, 1, 0]\n",
+                 "`to_m` [0, 1, 0] lies beside the soil");
+    expect_error(kSoil +
+                     "[[check]]\nkind = \"repose_angle\"\ncenter_m = [2, 0, 0]\nexpected_deg = "
+                     "30\ntolerance_deg = 1\n",
+                 "`center_m` [2, 0, 0] lies beside the soil");
 }
 
 TEST(SceneErrors, direction_of_a_check_has_a_length) {

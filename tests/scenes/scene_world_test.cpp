@@ -232,6 +232,15 @@ TEST(SceneWorld, same_scene_gives_the_same_bits) {
     }
 }
 
+TEST(SceneWorld, wind_is_turned_with_the_scene) {
+    Scene scene =
+        parsed("[world]\nduration_s = 9\n[soil]\nsize_m = [2, 3, 1]\nwind_m_s = [1, 2, 3]\n");
+    set_up_axis(scene, UpAxis::y);
+    EXPECT_EQ(length(scene.soil->def.wind_m_s - Vec3{1, 3, -2}), 0);
+    set_up_axis(scene, UpAxis::z);
+    EXPECT_EQ(length(scene.soil->def.wind_m_s - Vec3{1, 2, 3}), 0);
+}
+
 // Its rows follow the second level axis: y, and z, which looks the other way.
 TEST(SceneWorld, height_map_is_turned_and_not_mirrored) {
     Scene scene = parsed("[world]\nduration_s = 9\n[soil]\nsize_m = [2, 3, 1]\nvoxel_m = 0.1\n");

@@ -252,6 +252,7 @@ int run(RunArguments& arguments) {
                    run.step_count(), arguments.out);
     }
 
+    for (const std::string& text : run.shortfall_texts()) fmt::print(stderr, "{}\n", text);
     nlohmann::ordered_json summary = run.summary();
     summary["interrupted"] = is_cut_short;
     const int exit_code = report(checks.results(), summary);

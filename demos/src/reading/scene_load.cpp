@@ -9,6 +9,7 @@
 #include "bsoil/contact/bekker_soil.h"
 #include "files/data_files.h"
 #include "files/text_file.h"
+#include "measure_rules.h"
 #include "motion_keys.h"
 #include "robots/bullet_bodies.h"
 #include "robots/raycast_wheels.h"
@@ -45,6 +46,7 @@ class SceneChecker {
             need_body(scene_.camera.follow, scene_.camera.where("follow"));
         }
         for (const CheckItem& check : scene_.checks) check_check(check);
+        for (SchemaError& found : measure_errors(scene_)) errors_.push_back(std::move(found));
     }
 
     void check_soil();
@@ -392,23 +394,6 @@ class SceneChecker {
             !check.has("reference_s")) {
             error(check.at, "fractions must have a `reference_s`");
         }
-        for (const auto& [key, t] :
-             {std::pair{"by_s", check.by_s}, std::pair{"at_s", check.at_s},
-              std::pair{"from_s", check.from_s}, std::pair{"to_s", check.to_s.value_or(0)},
-              std::pair{"reference_s", check.reference_s}}) {
-            if (check.has(key) && t > scene_.world.duration_s) {
-                error(check.where(key),
-                      "`{}` {} lies after the end of the run, {} s; raise `duration_s`", key, t,
-                      scene_.world.duration_s);
-            }
-        }
-        if (check.to_s && *check.to_s <= check.from_s) {
-            error(check.where("to_s"), "`to_s` {} must lie after `from_s` {}", *check.to_s,
-                  check.from_s);
-        }
-        if (check.has("direction") && length(check.direction) < 1e-6) {
-            error(check.where("direction"), "the direction must have a length");
-        }
         for (const std::string& name : check.bodies) {
             const BodyItem* body = scene_.find_body(name);
             if (!robots_incomplete_ && !body) {
@@ -486,6 +471,12 @@ Result<Scene> parse_scene(const std::string& text, const std::string& path) {
     if (errors.empty()) SceneChecker(scene, errors).run();
     if (errors.empty()) return scene;
     return Error{error_text(std::move(errors), path)};
+}
+
+std::map<std::string, std::string> values_of(const std::string& table, const SceneItem& item) {
+    const std::vector<KeySpec>& keys = scene_schema().keys;
+    const auto key = std::ranges::find(keys, table, &KeySpec::name);
+    return key != keys.end() && key->table ? values_in(item, *key->table) : item.said;
 }
 
 Result<Scene> load_scene(const std::string& path) {

@@ -1,6 +1,7 @@
 /// Reading scenes: from a TOML file to a checked Scene.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ Result<Scene> load_scene(const std::string& path);
 
 /// The same for a text in memory; files are looked for beside `path`.
 Result<Scene> parse_scene(const std::string& text, const std::string& path);
+
+/// The values of an item of the top level's [[table]] as text, defaults where the file gives none.
+std::map<std::string, std::string> values_of(const std::string& table, const SceneItem& item);
 
 /// The keys of a scene file as a Markdown page: the content of demos/scenes/README.md.
 std::string schema_markdown();

@@ -96,7 +96,8 @@ TableOf<FillItem> fill_table() {
         .text(
             "file", &F::file,
             "grey PNG of 8 or 16 bits, beside the scene; stretched over the grid's floor; at most "
-            "8193 x 8193 pixels")
+            "8193 x 8193 pixels. Its left edge lies at the low end of x, its top row at that of y, "
+            "and of z where y is up, before `yaw_deg`")
         .only({"height_map"})
         .required()
         .number("min_height_m", &F::min_height_m, {0, 1e4},
@@ -140,7 +141,8 @@ TableOf<SourceItem> source_table() {
     using S = SourceItem;
     TableOf<S> table("source", true,
                      "A flat region out of which soil comes while the scene runs: the end of a "
-                     "pipe, a belt or a hopper, rain. One of the two rates is given.");
+                     "pipe, a belt or a hopper, rain. One of the two rates is given. Rates are of "
+                     "dry soil: its water comes on top.");
     table.selected_by("shape")
         .choice("shape", {"disc", "rectangle"}, "", "the region",
                 [](S& s, size_t i) {
@@ -177,7 +179,8 @@ TableOf<SourceItem> source_table() {
             "spread_deg", [](S& s) -> double& { return s.def.spread_rad; }, {0, 57},
             "half the angle of the jet's cone", kDegree)
         .number(
-            "rate_kg_s", [](S& s) -> double& { return s.def.rate_kg_s; }, {0, 1e9}, "mass a second")
+            "rate_kg_s", [](S& s) -> double& { return s.def.rate_kg_s; }, {0, 1e9},
+            "mass of dry soil a second")
         .number(
             "rate_m3_s", [](S& s) -> double& { return s.def.rate_m3_s; }, {0, 1e6},
             "volume of loose soil a second")
@@ -210,7 +213,8 @@ TableOf<SinkItem> sink_table() {
         .required()
         .rotation([](S& s) -> Quat& { return s.pose.rotation; }, "of the region")
         .number("rate_kg_s", &S::rate_kg_s, {0, 1e9},
-                "what it takes, as far as there is soil; all of it in every step where it is 0")
+                "what it takes of dry soil, as far as there is some; all of it in every step where "
+                "it is 0")
         .number("water_kg_s", &S::water_kg_s, {-1e9, 1e9},
                 "not 0: a well, which moves water instead of soil: out of the region's pores, "
                 "below 0 into them");
@@ -621,12 +625,15 @@ TableOf<MotionItem> motion_table() {
 
 TableOf<ProbeItem> probe_table() {
     using P = ProbeItem;
-    return TableOf<P>("probe", true, "Something to measure besides the bodies.")
+    return TableOf<P>("probe", true,
+                      "Something to measure besides the bodies. Masses of probes, of `mass_in` and "
+                      "`mass_out` and `soil_mass_kg` of the summary are of dry soil; `load_kg` of "
+                      "a body includes the water.")
         .selected_by("kind")
         .text("name", &P::name, "unique; its column in telemetry.csv")
         .required()
         .word("kind", &P::kind, {"mass_inside", "profile"},
-              "mass_inside: soil in a box that moves with a body [kg]; profile: heights of the "
+              "mass_inside: dry soil in a box that moves with a body [kg]; profile: heights of the "
               "surface along a line, in profiles.csv")
         .required()
         .text("body", &P::body, "the box moves with it; a box at rest where the key is missing")
@@ -698,8 +705,10 @@ TableOf<CheckItem> check_table() {
               "steps of the soil as samples; body_rise: how far a body comes up above its lowest "
               "place so far; body_height: lowest and highest place of a body; energy_not_rising: "
               "largest rise, in a step of the soil, of the kinetic and potential energy of bodies "
-              "(without what they carry); no_status: no sticky condition; mass_in, mass_out: what "
-              "sources have poured in, what sinks and open sides have taken out by a time")
+              "(without what they carry); no_status: no sticky condition, and no source that falls "
+              "short by a hundredth; mass_in, mass_out: "
+              "dry soil that sources have poured in, that sinks and open sides have taken out by a "
+              "time")
         .required()
         .text("body", &C::body, "the body")
         .only({"body_at_rest", "distance_travelled", "body_force", "force_steady", "speed_steady",

@@ -56,6 +56,20 @@ std::string selected_in(const toml::table& table, const TableSpec& spec) {
     return {};
 }
 
+/// A value as text, the same however its numbers are written.
+std::string value_text(const toml::node& value) {
+    if (value.is_integer() || value.is_floating_point()) return fmt::format("{}", number_of(value));
+    if (value.is_boolean()) return value.as_boolean()->get() ? "true" : "false";
+    if (value.is_string()) return '"' + value.as_string()->get() + '"';
+    std::string text;
+    if (const toml::array* array = value.as_array()) {
+        for (const toml::node& entry : *array) {
+            text += (text.empty() ? "" : ", ") + value_text(entry);
+        }
+    }
+    return '[' + text + ']';
+}
+
 /// Why `name` is no key of the table, with the key that was probably meant.
 std::string unknown_key_text(const std::string& name, const toml::node& value,
                              const TableSpec& spec, const std::string& selected) {
@@ -220,6 +234,7 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
             read_child(value, *key, item, errors);
             continue;
         }
+        if (scene_item) scene_item->said[name] = value_text(value);
         const std::string error = key->read(item, value);
         if (!error.empty()) {
             errors.push_back({position_of(value), fmt::format("`{}`: {}", name, error)});
@@ -238,6 +253,19 @@ void read_table(const toml::table& table, const TableSpec& spec, void* item,
                          : fmt::format("[{}] needs `{}`: {}", spec.path, key.name, key.doc)});
         }
     }
+}
+
+std::map<std::string, std::string> values_in(const SceneItem& item, const TableSpec& spec) {
+    std::map<std::string, std::string> values = item.said;
+    const auto selector = values.find(spec.selector);
+    const std::string selected = selector == values.end() || selector->second.size() < 2
+                                     ? std::string()
+                                     : selector->second.substr(1, selector->second.size() - 2);
+    for (const KeySpec& key : spec.keys) {
+        if (key.table || !exists_for(key, selected)) continue;
+        values.emplace(key.name, key.fallback.empty() ? "none" : key.fallback);
+    }
+    return values;
 }
 
 std::string table_markdown(const TableSpec& spec) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -310,6 +311,9 @@ TableOf<T>& TableOf<T>::rotation(P place, const std::string& of_what) {
                    return {};
                });
 }
+
+/// What an item of a table says, as text, with the defaults of what it leaves out.
+std::map<std::string, std::string> values_in(const SceneItem& item, const TableSpec& spec);
 
 /// The whole schema: the file's top level.
 const TableSpec& scene_schema();

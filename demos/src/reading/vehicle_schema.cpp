@@ -9,7 +9,9 @@ TableOf<RaycastVehicleItem> raycast_vehicle_table() {
     const TableOf<W> wheel =
         TableOf<W>("raycast_vehicle.wheel", true,
                    "A wheel at the end of a strut: the soil meets it as a cylinder, and pictures "
-                   "show it as a body `vehicle/wheel`.")
+                   "show it as a body `vehicle/wheel`. Telemetry and checks have the soil's force "
+                   "on that body and its sinkage; its torque and its load read 0. Those of the "
+                   "chassis are of what of itself touches soil, without the wheels.")
             .text("name", &W::name, "unique within the vehicle: front_left, ...")
             .required()
             .vector("position_m", &W::position_m, {-1e4, 1e4},

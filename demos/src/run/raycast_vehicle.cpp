@@ -41,7 +41,9 @@ Result<std::unique_ptr<RaycastVehicle>> RaycastVehicle::create(const RaycastVehi
     std::unique_ptr<RaycastVehicle> made(new RaycastVehicle(item, scene));
     const SceneBody& chassis = *scene.find_body(item.chassis);
     if (soil) {
-        made->raycaster_ = std::make_unique<bullet::SoilRaycaster>(*soil);
+        auto caster = std::make_unique<bullet::SoilRaycaster>(*soil);
+        made->on_soil_ = caster.get();
+        made->raycaster_ = std::move(caster);
     } else {
         made->raycaster_ = std::make_unique<btDefaultVehicleRaycaster>(&made->world_);
     }
@@ -115,6 +117,31 @@ void RaycastVehicle::place_wheels() {
         wheels_[w]->setWorldTransform(pose);
         wheels_[w]->getMotionState()->setWorldTransform(pose);
     }
+}
+
+std::optional<int> RaycastVehicle::wheel_of(const btCollisionObject* body) const {
+    const auto found = std::ranges::find(wheels_, body);
+    if (found == wheels_.end()) return std::nullopt;
+    return static_cast<int>(found - wheels_.begin());
+}
+
+// Axes as SoilWheelReport has them: the strut, forward and the axle as it is steered, square to it.
+bullet::BodyReport RaycastVehicle::wheel_report(int wheel) const {
+    bullet::BodyReport out;
+    if (!on_soil_) return out;
+    const bullet::SoilWheelReport report = on_soil_->wheel_report(wheel);
+    out.sinkage_m = report.sinkage_m;
+    if (!report.is_on_soil) return out;
+    const btWheelInfo& info = vehicle_->getWheelInfo(wheel);
+    const Vec3 strut = -from_bullet(info.m_raycastInfo.m_wheelDirectionWS);
+    const Vec3 steered =
+        from_bullet(info.m_raycastInfo.m_wheelAxleWS.rotate(to_bullet(strut), info.m_steering));
+    const Vec3 across = steered - dot(steered, strut) * strut;
+    const Vec3 axle = across * (1 / length(across));
+    out.force_n = report.normal_force_n * strut + report.traction_n * cross(strut, axle) +
+                  report.side_force_n * axle;
+    out.peak_force_n = length(out.force_n);
+    return out;
 }
 
 }  // namespace bsoil::scene

@@ -40,6 +40,12 @@ class RaycastVehicle {
     /// After it: the wheels' bodies go where the wheels are.
     void place_wheels();
 
+    /// The wheel that this body of the scene shows; none: none of its wheels.
+    std::optional<int> wheel_of(const btCollisionObject* body) const;
+    /// What the soil did to a wheel in the last substep: its force in the world's axes, its
+    /// sinkage. The rest is 0: a raycast wheel reports no torque, and carries no soil.
+    bullet::BodyReport wheel_report(int wheel) const;
+
   private:
     RaycastVehicle(const RaycastVehicleItem& item, BulletScene& scene);
     DriveCommand drive_at(double time_s) const;
@@ -50,6 +56,7 @@ class RaycastVehicle {
     std::optional<Curve> throttle_, steering_, brake_;  ///< of its keys; none: it has none
     std::vector<btRigidBody*> wheels_;                  ///< of the scene
     std::unique_ptr<btVehicleRaycaster> raycaster_;
+    const bullet::SoilRaycaster* on_soil_ = nullptr;  ///< the same one, where there is soil
     std::unique_ptr<btRaycastVehicle> vehicle_;
 };
 

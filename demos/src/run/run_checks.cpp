@@ -414,7 +414,8 @@ void RunChecks::judge_energy(const Watch& w, CheckResult& result) const {
 }
 
 void RunChecks::judge_status(const Watch&, CheckResult& result) const {
-    const std::vector<std::string> set = run_.condition_texts();
+    std::vector<std::string> set = run_.condition_texts();
+    for (std::string& text : run_.shortfall_texts()) set.push_back(std::move(text));
     result.verdict = verdict(set.empty());
     result.figure = set.empty() ? "no condition set" : fmt::format("{}", fmt::join(set, "; "));
 }

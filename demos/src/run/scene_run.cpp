@@ -10,6 +10,7 @@
 
 #include "bsoil/bullet/world_snapshot.h"
 #include "reading/scene_load.h"
+#include "scene_origin.h"
 #include "soil_settings.h"
 #include "world/scene_shapes.h"
 #include "world/soil_filling.h"
@@ -21,8 +22,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kBlockVoxelCount = 512;
 constexpr char kProgressSection[] = "host.run";
-constexpr char kSoilSection[] = "host.soil";    ///< soil_settings
-constexpr char kSceneSection[] = "host.scene";  ///< "<up axis> <path of the scene file>"
+constexpr char kSoilSection[] = "host.soil";      ///< soil_settings
+constexpr char kOriginSection[] = "host.origin";  ///< scene_origin
+constexpr char kSceneSection[] = "host.scene";    ///< "<up axis> <path of the scene file>"
 
 nlohmann::ordered_json per_material(const Soil& soil, const std::vector<int64_t>& units) {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -65,6 +67,7 @@ Status SceneRun::start(const RunDef& def) {
     bullet_ = std::move(*made);
     readings_.resize(bullet_->bodies().size());
     peak_force_n_.resize(bullet_->bodies().size());
+    wheel_places_.resize(bullet_->bodies().size());
     if (scene_.soil) {
         if (Status added = add_soil(def); !added) return added;
     }
@@ -85,8 +88,9 @@ Status SceneRun::add_soil(const RunDef& def) {
     action_ = std::move(*action);
     const Status surfaces = set_surfaces(scene_, *bullet_, *action_);
     if (!surfaces) return surfaces;
-    const Status filled = fill_soil(scene_, action_->soil());
-    if (!filled) return filled;
+    auto filled = fill_soil(scene_, action_->soil());
+    if (!filled) return Error{filled.error()};
+    source_ids_ = std::move(*filled);
     totals_at_start_ = action_->soil().totals();
     scene_soil_ = action_->soil().def();
     scene_soil_.materials = action_->soil().materials();
@@ -99,9 +103,20 @@ Status SceneRun::add_raycast_vehicles() {
         auto made = RaycastVehicle::create(item, *bullet_, action_.get());
         if (!made) return Error{scene_.message(item.at, made.error())};
         (*made)->place_wheels();
+        for (size_t b = 0; b < wheel_places_.size(); ++b) {
+            if (const auto wheel = (*made)->wheel_of(bullet_->bodies()[b].object)) {
+                wheel_places_[b] = {made->get(), *wheel};
+            }
+        }
         raycast_vehicles_.push_back(std::move(*made));
     }
     return Done{};
+}
+
+bullet::BodyReport SceneRun::soil_report(size_t body) const {
+    const WheelPlace& place = wheel_places_[body];
+    return place.vehicle ? place.vehicle->wheel_report(place.wheel)
+                         : action_->body_report(*bullet_->bodies()[body].object);
 }
 
 void SceneRun::substep() {
@@ -148,6 +163,24 @@ std::vector<std::string> SceneRun::condition_texts(size_t first) const {
     return texts;
 }
 
+std::vector<std::string> SceneRun::shortfall_texts() const {
+    constexpr double kShareLeast = 0.01;
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < source_ids_.size(); ++i) {
+        const auto state = soil().flow_state(source_ids_[i]);
+        if (!state) continue;  // somebody has taken it away
+        const double due_kg = state->mass_kg + state->missed_kg;
+        if (!(state->missed_kg > kShareLeast * due_kg)) continue;
+        texts.push_back(scene_.message(
+            scene_.sources[i].at,
+            fmt::format("source_short: a [[source]] has poured {:.4g} kg of {:.4g}, and held back "
+                        "the rest for good, for want of room; enlarge it, raise its `speed_m_s`, "
+                        "or move it away from soil",
+                        state->mass_kg, due_kg)));
+    }
+    return texts;
+}
+
 std::string SceneRun::failure() const {
     if (!has_soil() || soil().device_failure().empty()) return {};
     return fmt::format("{} in step {}; --backend cpu needs no GPU", soil().device_failure(),
@@ -161,7 +194,7 @@ void SceneRun::step() {
         substep();
         if (!action_) continue;
         for (size_t b = 0; b < readings_.size(); ++b) {
-            const bullet::BodyReport report = action_->body_report(*bullet_->bodies()[b].object);
+            const bullet::BodyReport report = soil_report(b);
             BodyReading& reading = readings_[b];
             reading.force_n += report.force_n * (1.0 / substep_count_);
             reading.torque_n_m += report.torque_n_m * (1.0 / substep_count_);
@@ -230,6 +263,7 @@ Status SceneRun::save(const std::string& path, std::vector<SnapshotSection> more
         def.materials = soil().materials();
         more.push_back({kSoilSection, soil_settings(def)});
     }
+    more.push_back({kOriginSection, scene_origin(scene_, has_soil() ? &scene_soil_ : nullptr)});
     const std::string scene =
         scene_.world.up + " " + std::filesystem::absolute(scene_.path).lexically_normal().string();
     more.push_back({kSceneSection, {scene.begin(), scene.end()}});
@@ -275,6 +309,10 @@ Status SceneRun::load(const std::string& path) {
             "is of another scene: its steps, bodies, joints or materials are others; run this "
             "scene "
             "anew");
+    }
+    if (const auto* origin = find_section(*sections, kOriginSection)) {
+        const Status same = check_origin(*origin, scene_, has_soil() ? &scene_soil_ : nullptr);
+        if (!same) return refuse(same.error());
     }
     SoilDef changed = scene_soil_;
     const std::vector<uint8_t>* settings = find_section(*sections, kSoilSection);
@@ -346,6 +384,12 @@ nlohmann::ordered_json SceneRun::summary() const {
             json["water_units_in"] = end.water_units_in;
             json["water_units_out"] = end.water_units_out;
         }
+        Json sources = Json::array();
+        for (const int id : source_ids_) {
+            const auto state = soil().flow_state(id);
+            if (state) sources.push_back({{"kg", state->mass_kg}, {"missed_kg", state->missed_kg}});
+        }
+        if (!sources.empty()) json["sources"] = sources;
         double mass_kg = 0;
         for (const double material_kg : end.mass_kg) mass_kg += material_kg;
         json["soil_mass_kg"] = mass_kg;

@@ -89,6 +89,8 @@ class SceneRun {
     /// What the soil has run into, a sentence each with body, place and time; from number `first`
     /// on.
     std::vector<std::string> condition_texts(size_t first = 0) const;
+    /// Sources that hold back more than a hundredth of what was due so far, a sentence each.
+    std::vector<std::string> shortfall_texts() const;
     /// What is odd about the scene as it starts: bodies that the soil will not meet, a slow device.
     const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -101,6 +103,8 @@ class SceneRun {
     Status add_soil(const RunDef& def);
     Status add_raycast_vehicles();
     void substep();
+    /// Of bullet().bodies(), the wheels of vehicles too.
+    bullet::BodyReport soil_report(size_t body) const;
     void warn_of_bodies_outside();
     /// The scene's name of an object; empty: none of its bodies.
     std::string name_of(const btCollisionObject* object) const;
@@ -113,6 +117,12 @@ class SceneRun {
     std::unique_ptr<BulletScene> bullet_;
     std::unique_ptr<bullet::SoilAction> action_;  // goes before the world it lives in
     std::vector<std::unique_ptr<RaycastVehicle>> raycast_vehicles_;
+    /// Wheels of vehicles, by body: the soil meets those of their raycaster.
+    struct WheelPlace {
+        const RaycastVehicle* vehicle = nullptr;
+        int wheel = -1;
+    };
+    std::vector<WheelPlace> wheel_places_;
     std::optional<Backend> mesh_backend_;
     double step_s_;
     int substep_count_;
@@ -122,6 +132,7 @@ class SceneRun {
     std::vector<BodyReading> readings_;
     std::vector<double> peak_force_n_;
     SoilDef scene_soil_;
+    std::vector<int> source_ids_;  ///< by source of the scene
     SoilTotals totals_at_start_;
     StageTimes stage_sum_ms_;
     double block_active_sum_ = 0;

@@ -14,11 +14,6 @@ namespace {
 /// Whole numbers of a definition are far below; beyond it a conversion is undefined.
 constexpr double kWholeMost = 1e9;
 
-struct NamedNumber {
-    std::string name;
-    double value = 0;
-};
-
 /// Calls visit(name, number) for each double of a value; whole numbers come as one and go back.
 template <typename Value, typename Visit>
 void visit_number(const std::string& name, Value& value, const Visit& visit) {
@@ -75,12 +70,17 @@ void list(StateStream& stream, std::vector<NamedNumber>& numbers) {
 
 }  // namespace
 
-std::vector<uint8_t> soil_settings(const SoilDef& def) {
+std::vector<NamedNumber> soil_numbers(const SoilDef& def) {
     SoilDef copy = def;
     std::vector<NamedNumber> numbers;
     visit_settings(copy, [&numbers](const std::string& name, double& value) {
         numbers.push_back({name, value});
     });
+    return numbers;
+}
+
+std::vector<uint8_t> soil_settings(const SoilDef& def) {
+    std::vector<NamedNumber> numbers = soil_numbers(def);
     StateStream stream;
     list(stream, numbers);
     return stream.bytes();

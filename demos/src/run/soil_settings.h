@@ -3,13 +3,21 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bsoil/soil_def.h"
 
 namespace bsoil::scene {
 
+struct NamedNumber {
+    std::string name;  ///< "rain_m_s", "wind_m_s.x"; of the first material "0.cohesion_pa"
+    double value = 0;
+};
+
 /// The numbers that Soil::change() takes, and the colours, of a definition with `materials`.
+std::vector<NamedNumber> soil_numbers(const SoilDef& def);
+/// The same as bytes.
 std::vector<uint8_t> soil_settings(const SoilDef& def);
 
 /// Puts them into a definition with as many `materials`; what they do not name keeps its value.

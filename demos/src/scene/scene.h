@@ -28,6 +28,7 @@ struct SourcePosition {
 struct SceneItem {
     SourcePosition at;                           ///< of the table
     std::map<std::string, SourcePosition> keys;  ///< of each value the file gives
+    std::map<std::string, std::string> said;     ///< each of these values as text
     bool has(const std::string& key) const { return keys.count(key) != 0; }
     SourcePosition where(const std::string& key) const {
         const auto found = keys.find(key);

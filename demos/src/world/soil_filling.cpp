@@ -5,11 +5,6 @@
 namespace bsoil::scene {
 namespace {
 
-Status at(const Scene& scene, const SceneItem& item, const Status& status) {
-    if (status) return status;
-    return Error{scene.message(item.at, status.error())};
-}
-
 Status put_in(const FillItem& item, const std::string& material, Soil& soil) {
     if (item.kind == "box") return soil.fill(BoxFill{{item.min_m, item.max_m}, material});
     if (item.kind == "cylinder") {
@@ -27,29 +22,34 @@ Status put_in(const FillItem& item, const std::string& material, Soil& soil) {
 
 }  // namespace
 
-Status fill_soil(const Scene& scene, Soil& soil) {
+Result<std::vector<int>> fill_soil(const Scene& scene, Soil& soil) {
+    const auto refused = [&scene](const SceneItem& item, const std::string& error) {
+        return Error{scene.message(item.at, error)};
+    };
     for (const TerrainItem& terrain : scene.terrains) {
         const Status added = terrain.kind == "mesh"
                                  ? soil.add_terrain(terrain.mesh)
                                  : soil.add_terrain(terrain_density(terrain, soil.def().up,
                                                                     soil.def().floor_center_m));
-        if (!added) return at(scene, terrain, added);
+        if (!added) return refused(terrain, added.error());
     }
     for (const FillItem& fill : scene.fills) {
         const std::string material =
             fill.material.empty() ? soil.materials().front().name : fill.material;
         const Status filled = put_in(fill, material, soil);
-        if (!filled) return at(scene, fill, filled);
+        if (!filled) return refused(fill, filled.error());
     }
+    std::vector<int> source_ids;
     for (const SourceItem& source : scene.sources) {
         const auto added = soil.add_source(source.def);
-        if (!added) return at(scene, source, Error{added.error()});
+        if (!added) return refused(source, added.error());
+        source_ids.push_back(*added);
     }
     for (const SinkItem& sink : scene.sinks) {
         const auto added = soil.add_sink(sink.def());
-        if (!added) return at(scene, sink, Error{added.error()});
+        if (!added) return refused(sink, added.error());
     }
-    return Done{};
+    return source_ids;
 }
 
 Status set_surfaces(const Scene& scene, const BulletScene& world, bullet::SoilAction& action) {

@@ -8,9 +8,9 @@
 
 namespace bsoil::scene {
 
-/// Terrain first, then the fills, sources and sinks in the file's order. The error names the place
-/// in the file.
-Status fill_soil(const Scene& scene, Soil& soil);
+/// Terrain first, then the fills, sources and sinks in the file's order. Gives the ids of the
+/// sources. The error names the place in the file.
+Result<std::vector<int>> fill_soil(const Scene& scene, Soil& soil);
 
 /// Gives the bodies in the soil the tool friction and adhesion of their items. Error: what
 /// SoilAction::set_options() says, with the place in the scene.
