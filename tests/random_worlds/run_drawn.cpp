@@ -251,8 +251,9 @@ bool can_draw() { return renderer() != nullptr; }
 
 void run_drawn(const WorldPlan& plan, Failures& failures) {
     BuiltWorld plain(plan), drawn(plan);
-    if (!drawn.error().empty())
+    if (!drawn.error().empty()) {
         return failures.add("builds", "world", 0, "no error", drawn.error());
+    }
     std::vector<std::unique_ptr<DrawnSoil>> soils;
     for (const bullet::SoilAction* soil : drawn.soils()) {
         soils.push_back(std::make_unique<DrawnSoil>(
