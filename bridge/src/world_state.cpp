@@ -40,6 +40,7 @@ EXPOSE(TotalForce, &btRigidBody::m_totalForce);
 EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
 EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
 EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
+EXPOSE(MultibodyRows, &btMultiBodyConstraint::m_data);
 EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 #undef EXPOSE
 
@@ -78,6 +79,7 @@ class WorldState {
     void serialize_object(btCollisionObject& object);
     void serialize_rigid_body(btRigidBody& body);
     void serialize_multibody(btMultiBody& multibody);
+    void serialize_multibody_constraint(btMultiBodyConstraint& constraint);
     void serialize_constraint(btTypedConstraint& constraint);
     void serialize_vehicle(btRaycastVehicle& vehicle);
 
@@ -203,6 +205,22 @@ void WorldState::serialize_multibody(btMultiBody& m) {
     m.updateCollisionObjectWorldTransforms(rotations, origins);
 }
 
+/// Bullet makes room for impulses in the first substep that solves for them; until then none is
+/// applied.
+void WorldState::serialize_multibody_constraint(btMultiBodyConstraint& constraint) {
+    same("rows of a multibody constraint", constraint.getNumRows());
+    const auto has_room = [&] {
+        return (constraint.*member(MultibodyRows{})).size() >= constraint.getNumRows();
+    };
+    for (int row = 0; row < constraint.getNumRows() && stream_.good(); ++row) {
+        btScalar impulse = has_room() ? constraint.getAppliedImpulse(row) : 0;
+        stream_(impulse);
+        if (!stream_.reads()) continue;
+        if (!has_room()) constraint.finalizeMultiDof();
+        if (has_room()) constraint.internalSetAppliedImpulse(row, impulse);
+    }
+}
+
 /// What changes in a run: motors (a host may command them once), what broke, what was applied.
 void WorldState::serialize_constraint(btTypedConstraint& constraint) {
     same("as the type of a constraint", constraint.getConstraintType());
@@ -326,13 +344,7 @@ void WorldState::serialize() {
             serialize_multibody(*multibody_world->getMultiBody(i));
         }
         for (int i = 0; i < multibody_world->getNumMultiBodyConstraints() && stream_.good(); ++i) {
-            btMultiBodyConstraint& constraint = *multibody_world->getMultiBodyConstraint(i);
-            same("rows of a multibody constraint", constraint.getNumRows());
-            for (int row = 0; row < constraint.getNumRows() && stream_.good(); ++row) {
-                btScalar impulse = constraint.getAppliedImpulse(row);
-                stream_(impulse);
-                if (stream_.reads()) constraint.internalSetAppliedImpulse(row, impulse);
-            }
+            serialize_multibody_constraint(*multibody_world->getMultiBodyConstraint(i));
         }
     }
     for (int i = 0; i < world_.getNumCollisionObjects() && stream_.good(); ++i) {
