@@ -252,7 +252,17 @@ bool CarriedLoads::is_left_behind(const Loaded& loaded, double swept_most_m) con
     return length(now_m - loaded.left_m) > swept_most_m;
 }
 
+/// By an action of its host's, in the substep that ends: it is left behind in the next.
+bool CarriedLoads::is_put_elsewhere(const Loaded& loaded, double substep_s) const {
+    const btRigidBody* rigid = LoadedBody(loaded.body).rigid();
+    if (!rigid) return false;
+    const Vec3 now_m = from_bullet(rigid->getWorldTransform().getOrigin());
+    const auto speed_m_s = static_cast<double>(rigid->getInterpolationLinearVelocity().length());
+    return length(now_m - loaded.left_m) > swept_most_m_ + substep_s * speed_m_s;
+}
+
 void CarriedLoads::open_substep(double swept_most_m) {
+    swept_most_m_ = swept_most_m;
     felt_n_.clear();
     std::erase_if(loaded_,
                   [&](const auto& entry) { return is_left_behind(entry.second, swept_most_m); });
@@ -317,7 +327,7 @@ void CarriedLoads::close_substep(double substep_s) {
     for (auto& [id, loaded] : loaded_) {
         const bool was_open = std::exchange(loaded.open, false);
         if ((!was_open && substep_s <= 0) || !is_in_world(world_, loaded.body)) continue;
-        if (substep_s > 0) note_left(loaded.body, loaded);
+        if (substep_s > 0 && !is_put_elsewhere(loaded, substep_s)) note_left(loaded.body, loaded);
         if (!was_open) continue;
         felt_n_[id] = loaded.felt_n;
         loaded.debt_n_s += loaded.push_n * substep_s;

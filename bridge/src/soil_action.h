@@ -31,7 +31,9 @@ struct SoilAction::Impl {
         if (!begins_substep()) return;
         vehicles->open_substep();
         if (!enabled) return;
-        carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
+        const double swept_most_m = soil->def().substeps_max * soil->def().voxel_m;
+        carried.open_substep(swept_most_m);
+        coupling.leave_behind(swept_most_m);
         // Before the soil has stepped nobody knows what carries it.
         const StepReport& known = current_report();
         if (known.substep_count > 0) first_contacts.open_substep(*world, known.loads);

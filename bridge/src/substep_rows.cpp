@@ -44,11 +44,12 @@ void take_out_of_world(std::vector<Rows*>& rows, const Remove& remove) {
 }  // namespace
 
 SubstepRows::SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
-                         KnownContacts& known)
+                         KnownContacts& known, double voxel_m)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
       bodies_(bodies),
-      known_(known) {}
+      known_(known),
+      voxel_m_(voxel_m) {}
 
 bool SubstepRows::is_row(const btTypedConstraint& constraint) {
     return dynamic_cast<const RigidPatchConstraint*>(&constraint) ||
@@ -223,7 +224,8 @@ void SubstepRows::open() {
 }
 
 void SubstepRows::open_body(CoupledBody& coupled) {
-    coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
+    coupled.bullet_pose_at_open = coupled.body.object->getWorldTransform();
+    coupled.pose_at_open = from_bullet(coupled.bullet_pose_at_open);
     for (Carrier& carrier : coupled.carriers) {
         if (carrier.feels()) {
             carrier.pose_at_open = from_bullet(carrier.body.object->getWorldTransform());
@@ -319,11 +321,27 @@ void SubstepRows::take_out_found() {
                       [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
 }
 
+/// After find_gone. Where Bullet leaves a body and what carries soil below it.
+void SubstepRows::note_left(CoupledBody& coupled, btScalar substep_s) const {
+    const double slack_m = kCoupling.put_elsewhere_voxels * voxel_m_;
+    if (coupled.is_there && coupled.body.role == BodyRole::rigid) {
+        coupled.left.close(*coupled.body.object, coupled.bullet_pose_at_open, substep_s, slack_m);
+    } else if (coupled.is_there) {  // Bullet keeps no speed of a link
+        coupled.left.set(*coupled.body.object);
+    }
+    for (Carrier& carrier : coupled.carriers) {
+        if (carrier.body.object && is_in_world(world_, carrier.body)) {
+            carrier.left.set(*carrier.body.object);
+        }
+    }
+}
+
 void SubstepRows::close(btScalar substep_s) {
     find_gone();
     for (const int id : opened_) {
         CoupledBody& coupled = bodies_.at(id);
         const auto has_gone = [](const Carrier& carrier) { return !carrier.is_there; };
+        note_left(coupled, substep_s);
         if (!coupled.is_there || std::ranges::any_of(coupled.carriers, has_gone)) continue;
         Vec3 torque;
         // Not solved: asleep. What held it when it fell asleep still does.

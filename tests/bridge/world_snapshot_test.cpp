@@ -384,6 +384,34 @@ TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load
 }
 
 // Until the next substep it was that of a driven body.
+TEST_F(WorldSnapshot, a_body_that_its_host_puts_elsewhere_before_it_is_saved_flies_free) {
+    const auto build = [] {
+        auto w = std::make_unique<TestWorld>();
+        add_soil(*w);
+        w->frame_s = w->substep_s = kFrameS / 4;
+        w->scene.add(30, w->scene.shape<btSphereShape>(btScalar(0.2)), {0, 0.6f, 0});
+        return w;
+    };
+    const auto saved = build(), restored = build();
+    saved->run(120);
+    restored->run(5);
+    restored->frame = saved->frame;
+    btRigidBody& ball = *saved->scene.bodies.front();
+    btTransform pose = ball.getWorldTransform();
+    pose.setOrigin(pose.getOrigin() + btVector3(0, 1, 0));
+    ball.setWorldTransform(pose);
+    ball.activate(true);
+    ASSERT_TRUE(saved->save(path("a")));
+    ASSERT_TRUE(restored->load(path("a")));
+    for (int i = 1; i < 20; ++i) {
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->checksum(), saved->checksum()) << i;
+        ASSERT_NEAR(ball.getLinearVelocity().y(), btScalar(-9.81) * saved->frame_s * btScalar(i),
+                    1e-3);
+    }
+}
+
 TEST_F(WorldSnapshot, reports_know_what_a_body_feels_of_its_load) {
     const auto saved = build_machine(), restored = build_machine();
     saved->run(30);
