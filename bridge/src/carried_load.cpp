@@ -8,10 +8,14 @@
 #include <utility>
 
 #include "bullet_types.h"
+#include "expose.h"
+#include "lent_force.h"
 #include "world_anchor.h"
 
 namespace bsoil::bullet {
 namespace {
+
+BSOIL_EXPOSE(OwnWeight, &btRigidBody::m_gravity);
 
 /// Mass and moments of inertia about the centre of mass, in the body's axes.
 struct MassProps {
@@ -56,10 +60,14 @@ class LoadedBody {
         for (int i = 0; i < 3; ++i) out[i] = inverse[i] > 0 ? 1 / inverse[i] : 0;
         return out;
     }
-    void set(const MassProps& props) {
+    /// keeps_weight: Bullet would take it to be that of the mass. For its own weight a host may ask
+    /// while its load is with a rigid body (btRigidBody::applyGravity).
+    void set(const MassProps& props, bool keeps_weight = false) {
         if (rigid_) {
+            const btVector3 weight_n = rigid_->*member(OwnWeight{});
             rigid_->setMassProps(props.mass_kg, props.inertia_kg_m2);
             rigid_->updateInertiaTensor();
+            if (keeps_weight) rigid_->*member(OwnWeight{}) = weight_n;
         } else if (is_base()) {
             multibody().setBaseMass(props.mass_kg);
             multibody().setBaseInertia(props.inertia_kg_m2);
@@ -67,6 +75,27 @@ class LoadedBody {
             link().m_mass = props.mass_kg;
             link().m_inertiaLocal = props.inertia_kg_m2;
         }
+    }
+    /// Applies it until take_off.
+    void lend(const btVector3& force_n, const btVector3& torque_n_m) {
+        apply(force_n, torque_n_m);
+        LentForce::lend(torque_sum());
+    }
+    /// Nothing, where its host has cleared its forces since.
+    void take_off(const btVector3& force_n, const btVector3& torque_n_m) {
+        if (LentForce::take(torque_sum())) apply(-force_n, -torque_n_m);
+    }
+    /// Of a rigid body. Its change of speed.
+    btVector3 turn(const btVector3& impulse_n_m_s) {
+        const btVector3 before = rigid_->getAngularVelocity();
+        rigid_->applyTorqueImpulse(impulse_n_m_s);
+        return rigid_->getAngularVelocity() - before;
+    }
+
+  private:
+    const btVector3& torque_sum() const {
+        if (rigid_) return rigid_->getTotalTorque();
+        return is_base() ? multibody().getBaseTorque() : link().m_appliedTorque;
     }
     void apply(const btVector3& force_n, const btVector3& torque_n_m) {
         if (rigid_) {
@@ -80,14 +109,6 @@ class LoadedBody {
             multibody().addLinkTorque(collider_->m_link, torque_n_m);
         }
     }
-    /// Of a rigid body. Its change of speed.
-    btVector3 turn(const btVector3& impulse_n_m_s) {
-        const btVector3 before = rigid_->getAngularVelocity();
-        rigid_->applyTorqueImpulse(impulse_n_m_s);
-        return rigid_->getAngularVelocity() - before;
-    }
-
-  private:
     btMultiBody& multibody() const { return *collider_->m_multiBody; }
     bool is_base() const { return collider_->m_link < 0; }
     bool is_fixed() const { return is_base() && multibody().hasFixedBase(); }
@@ -301,7 +322,7 @@ void CarriedLoads::open(Loaded& loaded, bool is_only_soil) {
         for (int i = 0; i < 3; ++i) {
             if (inertia[i] > 0) inertia[i] += more[i];
         }
-        body.set({loaded.own_mass_kg + mass_kg, inertia});
+        body.set({loaded.own_mass_kg + mass_kg, inertia}, true);
     }
     if (loaded.load.held_kg != 0) {
         const btVector3 lift_m_s2 = to_bullet(gravity_m_s2_ * up_);
@@ -319,7 +340,7 @@ void CarriedLoads::open(Loaded& loaded, bool is_only_soil) {
         loaded.turned_rad_s = body.turn(substep_s * loaded.torque_n_m);
         loaded.torque_n_m.setZero();
     }
-    body.apply(loaded.force_n, loaded.torque_n_m);
+    body.lend(loaded.force_n, loaded.torque_n_m);
     loaded.open = true;
 }
 
@@ -334,7 +355,7 @@ void CarriedLoads::close_substep(double substep_s) {
         loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);
         // Forces outlive a substep; a turn is a part of what Bullet has solved, if it has.
-        body.apply(-loaded.force_n, -loaded.torque_n_m);
+        body.take_off(loaded.force_n, loaded.torque_n_m);
         if (substep_s <= 0 && body.rigid()) {
             btRigidBody& rigid = *body.rigid();
             rigid.setAngularVelocity(rigid.getAngularVelocity() - loaded.turned_rad_s);

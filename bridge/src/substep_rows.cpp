@@ -10,9 +10,20 @@
 #include "bsoil/contact/orientation.h"
 #include "bullet_types.h"
 #include "coupling_def.h"
+#include "lent_force.h"
 
 namespace bsoil::bullet {
 namespace {
+
+/// Gives a body a force for the substep; sign -1 takes it off where it still has it.
+/// is_touched: it has the torque as a row.
+void lend(btRigidBody& body, double sign, Vec3 force_n, Vec3 torque_n_m, bool is_touched) {
+    const btVector3& sum = body.getTotalTorque();
+    if (sign < 0 && !LentForce::take(sum)) return;
+    body.applyCentralForce(to_bullet(force_n));
+    if (!is_touched) body.applyTorque(to_bullet(torque_n_m));
+    if (sign > 0) LentForce::lend(sum);
+}
 
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
@@ -183,15 +194,13 @@ void SubstepRows::put_in_preload_torque(PreloadTorque& torque) {
 void SubstepRows::apply_preload(CoupledBody& coupled, const CoupledPatch& patch, double sign) {
     const Vec3 force_n = sign * patch.preload_n;
     if (coupled.is_there) {
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        body.applyCentralForce(to_bullet(force_n));
-        if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
+        lend(*static_cast<btRigidBody*>(coupled.body.object), sign, force_n,
+             patch.torque_n_m(force_n), coupled.is_touched);
     }
     const Carrier& carrier = coupled.carrier_of(patch);
     if (!carrier.is_rigid() || !carrier.is_there) return;
-    btRigidBody& under = *static_cast<btRigidBody*>(carrier.body.object);
-    under.applyCentralForce(to_bullet(-1.0 * force_n));
-    if (!carrier.is_touched) under.applyTorque(to_bullet(patch.carrier_torque_n_m(force_n)));
+    lend(*static_cast<btRigidBody*>(carrier.body.object), sign, -1.0 * force_n,
+         patch.carrier_torque_n_m(force_n), carrier.is_touched);
 }
 
 void SubstepRows::open() {

@@ -15,34 +15,23 @@
 
 #include "bullet_stream.h"
 #include "contact_cache.h"
+#include "expose.h"
 #include "world_objects.h"
 
 namespace bsoil::bullet {
 namespace {
 
-// Bullet gives no way to set what it derives from its own inputs, and derives it with other
-// roundings than it keeps. An explicit instantiation may name private members; that is all this is.
-template <typename Of, auto Member>
-struct Expose {
-    friend constexpr auto member(Of) { return Member; }
-};
-#define EXPOSE(name, member_pointer)        \
-    struct name {                           \
-        friend constexpr auto member(name); \
-    };                                      \
-    template struct Expose<name, member_pointer>
-EXPOSE(InertiaTensor, &btRigidBody::m_invInertiaTensorWorld);
-EXPOSE(InverseMass, &btRigidBody::m_inverseMass);
-EXPOSE(InverseInertia, &btRigidBody::m_invInertiaLocal);
-EXPOSE(GravityForce, &btRigidBody::m_gravity);
-EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
-EXPOSE(TotalForce, &btRigidBody::m_totalForce);
-EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
-EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
-EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
-EXPOSE(MultibodyRows, &btMultiBodyConstraint::m_data);
-EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
-#undef EXPOSE
+BSOIL_EXPOSE(InertiaTensor, &btRigidBody::m_invInertiaTensorWorld);
+BSOIL_EXPOSE(InverseMass, &btRigidBody::m_inverseMass);
+BSOIL_EXPOSE(InverseInertia, &btRigidBody::m_invInertiaLocal);
+BSOIL_EXPOSE(GravityForce, &btRigidBody::m_gravity);
+BSOIL_EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
+BSOIL_EXPOSE(TotalForce, &btRigidBody::m_totalForce);
+BSOIL_EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
+BSOIL_EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
+BSOIL_EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
+BSOIL_EXPOSE(MultibodyRows, &btMultiBodyConstraint::m_data);
+BSOIL_EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 
 struct WorldMembers : btDiscreteDynamicsWorld {
     static btScalar& local_time_s(btDiscreteDynamicsWorld& world) {
