@@ -1,5 +1,6 @@
 #include "body_collector.h"
 
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -56,6 +57,13 @@ bool is_given_link(const btMultiBody& multibody, int link) {
                     : multibody.isLinkAndAllAncestorsStaticOrKinematic(link);
 }
 
+/// Whether an object pushes soil and is pushed by it. A ghost tells what it overlaps, and has no
+/// body unless its host says so: with one, a character's would push away all that it stands on.
+bool takes_part(const btCollisionObject& object, const BodyOptions& options) {
+    if (!object.hasContactResponse() || options.ignored) return false;
+    return options.coverage_only || !btGhostObject::upcast(&object);
+}
+
 GridBall ball_around(const Aabb& box, double voxel_m) {
     return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min), voxel_m};
 }
@@ -102,7 +110,7 @@ BodyOptions BodyCollector::options_in_scan(const btCollisionObject& object) {
 }
 
 bool BodyCollector::is_coupled(const btCollisionObject& object) const {
-    if (!object.hasContactResponse() || options(object).ignored) return false;
+    if (!takes_part(object, options(object))) return false;
     const auto found = tracked_.find(&object);
     if (found == tracked_.end()) return true;
     const Tracked& tracked = found->second;
@@ -284,9 +292,7 @@ void BodyCollector::collect(const btDiscreteDynamicsWorld& world, double elapsed
         if (const GridFrame* grid = WorldAnchor::grid_of(object)) grids_.push_back(grid);
         if (SoilGround::is_ground(object)) continue;
         const BodyOptions options = options_in_scan(object);
-        if (!object.getCollisionShape() || !object.hasContactResponse() || options.ignored) {
-            continue;
-        }
+        if (!object.getCollisionShape() || !takes_part(object, options)) continue;
         const Pose pose = from_bullet(object.getWorldTransform());
         const bool is_placed = is_rigid(pose);
         const bool is_in_grid = is_placed && touches_grid(object);

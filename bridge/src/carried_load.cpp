@@ -8,10 +8,14 @@
 #include <utility>
 
 #include "bullet_types.h"
+#include "expose.h"
+#include "lent_force.h"
 #include "world_anchor.h"
 
 namespace bsoil::bullet {
 namespace {
+
+BSOIL_EXPOSE(OwnWeight, &btRigidBody::m_gravity);
 
 /// Mass and moments of inertia about the centre of mass, in the body's axes.
 struct MassProps {
@@ -56,10 +60,14 @@ class LoadedBody {
         for (int i = 0; i < 3; ++i) out[i] = inverse[i] > 0 ? 1 / inverse[i] : 0;
         return out;
     }
-    void set(const MassProps& props) {
+    /// keeps_weight: Bullet would take it to be that of the mass. For its own weight a host may ask
+    /// while its load is with a rigid body (btRigidBody::applyGravity).
+    void set(const MassProps& props, bool keeps_weight = false) {
         if (rigid_) {
+            const btVector3 weight_n = rigid_->*member(OwnWeight{});
             rigid_->setMassProps(props.mass_kg, props.inertia_kg_m2);
             rigid_->updateInertiaTensor();
+            if (keeps_weight) rigid_->*member(OwnWeight{}) = weight_n;
         } else if (is_base()) {
             multibody().setBaseMass(props.mass_kg);
             multibody().setBaseInertia(props.inertia_kg_m2);
@@ -67,6 +75,27 @@ class LoadedBody {
             link().m_mass = props.mass_kg;
             link().m_inertiaLocal = props.inertia_kg_m2;
         }
+    }
+    /// Applies it until take_off.
+    void lend(const btVector3& force_n, const btVector3& torque_n_m) {
+        apply(force_n, torque_n_m);
+        LentForce::lend(torque_sum());
+    }
+    /// Nothing, where its host has cleared its forces since.
+    void take_off(const btVector3& force_n, const btVector3& torque_n_m) {
+        if (LentForce::take(torque_sum())) apply(-force_n, -torque_n_m);
+    }
+    /// Of a rigid body. Its change of speed.
+    btVector3 turn(const btVector3& impulse_n_m_s) {
+        const btVector3 before = rigid_->getAngularVelocity();
+        rigid_->applyTorqueImpulse(impulse_n_m_s);
+        return rigid_->getAngularVelocity() - before;
+    }
+
+  private:
+    const btVector3& torque_sum() const {
+        if (rigid_) return rigid_->getTotalTorque();
+        return is_base() ? multibody().getBaseTorque() : link().m_appliedTorque;
     }
     void apply(const btVector3& force_n, const btVector3& torque_n_m) {
         if (rigid_) {
@@ -80,14 +109,6 @@ class LoadedBody {
             multibody().addLinkTorque(collider_->m_link, torque_n_m);
         }
     }
-    /// Of a rigid body. Its change of speed.
-    btVector3 turn(const btVector3& impulse_n_m_s) {
-        const btVector3 before = rigid_->getAngularVelocity();
-        rigid_->applyTorqueImpulse(impulse_n_m_s);
-        return rigid_->getAngularVelocity() - before;
-    }
-
-  private:
     btMultiBody& multibody() const { return *collider_->m_multiBody; }
     bool is_base() const { return collider_->m_link < 0; }
     bool is_fixed() const { return is_base() && multibody().hasFixedBase(); }
@@ -252,7 +273,17 @@ bool CarriedLoads::is_left_behind(const Loaded& loaded, double swept_most_m) con
     return length(now_m - loaded.left_m) > swept_most_m;
 }
 
+/// By an action of its host's, in the substep that ends: it is left behind in the next.
+bool CarriedLoads::is_put_elsewhere(const Loaded& loaded, double substep_s) const {
+    const btRigidBody* rigid = LoadedBody(loaded.body).rigid();
+    if (!rigid) return false;
+    const Vec3 now_m = from_bullet(rigid->getWorldTransform().getOrigin());
+    const auto speed_m_s = static_cast<double>(rigid->getInterpolationLinearVelocity().length());
+    return length(now_m - loaded.left_m) > swept_most_m_ + substep_s * speed_m_s;
+}
+
 void CarriedLoads::open_substep(double swept_most_m) {
+    swept_most_m_ = swept_most_m;
     felt_n_.clear();
     std::erase_if(loaded_,
                   [&](const auto& entry) { return is_left_behind(entry.second, swept_most_m); });
@@ -291,7 +322,7 @@ void CarriedLoads::open(Loaded& loaded, bool is_only_soil) {
         for (int i = 0; i < 3; ++i) {
             if (inertia[i] > 0) inertia[i] += more[i];
         }
-        body.set({loaded.own_mass_kg + mass_kg, inertia});
+        body.set({loaded.own_mass_kg + mass_kg, inertia}, true);
     }
     if (loaded.load.held_kg != 0) {
         const btVector3 lift_m_s2 = to_bullet(gravity_m_s2_ * up_);
@@ -309,7 +340,7 @@ void CarriedLoads::open(Loaded& loaded, bool is_only_soil) {
         loaded.turned_rad_s = body.turn(substep_s * loaded.torque_n_m);
         loaded.torque_n_m.setZero();
     }
-    body.apply(loaded.force_n, loaded.torque_n_m);
+    body.lend(loaded.force_n, loaded.torque_n_m);
     loaded.open = true;
 }
 
@@ -317,14 +348,14 @@ void CarriedLoads::close_substep(double substep_s) {
     for (auto& [id, loaded] : loaded_) {
         const bool was_open = std::exchange(loaded.open, false);
         if ((!was_open && substep_s <= 0) || !is_in_world(world_, loaded.body)) continue;
-        if (substep_s > 0) note_left(loaded.body, loaded);
+        if (substep_s > 0 && !is_put_elsewhere(loaded, substep_s)) note_left(loaded.body, loaded);
         if (!was_open) continue;
         felt_n_[id] = loaded.felt_n;
         loaded.debt_n_s += loaded.push_n * substep_s;
         loaded.debt_n_m_s += loaded.push_n_m * substep_s;
         LoadedBody body(loaded.body);
         // Forces outlive a substep; a turn is a part of what Bullet has solved, if it has.
-        body.apply(-loaded.force_n, -loaded.torque_n_m);
+        body.take_off(loaded.force_n, loaded.torque_n_m);
         if (substep_s <= 0 && body.rigid()) {
             btRigidBody& rigid = *body.rigid();
             rigid.setAngularVelocity(rigid.getAngularVelocity() - loaded.turned_rad_s);

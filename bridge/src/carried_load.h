@@ -77,6 +77,7 @@ class CarriedLoads {
                         const BodyLoad& load);
     static void share_debt(Loaded& loaded, const Share& before);
     bool is_left_behind(const Loaded& loaded, double swept_most_m) const;
+    bool is_put_elsewhere(const Loaded& loaded, double substep_s) const;
     void open(Loaded& loaded, bool is_only_soil);
     static void note_left(const BodyState& body, Loaded& loaded);
     void add_push_since_left(const btRigidBody& rigid, Loaded& loaded) const;
@@ -84,6 +85,7 @@ class CarriedLoads {
     btDiscreteDynamicsWorld& world_;
     Vec3 up_;
     double gravity_m_s2_;
+    double swept_most_m_ = 0;  ///< of the last open_substep
     std::map<int, Loaded> loaded_;  ///< by SoilBody::id
     std::map<int, Vec3> given_;     ///< since the last set_loads() [N s]
     std::map<int, Vec3> felt_n_;    ///< in the last substep

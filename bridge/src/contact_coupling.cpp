@@ -25,7 +25,7 @@ ContactCoupling::ContactCoupling(btDiscreteDynamicsWorld& world, ContactSoil soi
       threads_(threads),
       wake_limit_fraction_(options.wake_limit_fraction),
       wake_weight_fraction_(options.wake_weight_fraction),
-      rows_(world, coupled_, known) {}
+      rows_(world, coupled_, known, soil_->voxel_m) {}
 
 ContactCoupling::~ContactCoupling() = default;
 
@@ -51,6 +51,7 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
         const auto rank = static_cast<size_t>(rank_of(body.id));
         const size_t first = starts_[rank], own = starts_[rank + 1] - first;
         if (own == 0 && !coupled_.contains(body.id)) continue;
+        if (is_elsewhere(body, duration_s)) continue;
         if (count == works_.size()) works_.emplace_back();
         BodyWork& work = works_[count++];
         work.voxels = std::span(by_body_).subspan(first, own);
@@ -358,6 +359,7 @@ void ContactCoupling::act(const BodyWork& work) {
 }
 
 void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches) {
+    note_found(coupled);
     previous_patches_.swap(coupled.patches);
     coupled.patches.clear();
     coupled.sunk_m = 0;

@@ -56,6 +56,10 @@ class ContactCoupling {
     /// Whether the contacts are of longer ago than the last soil step that was due (StepBudget).
     void set_late(bool is_late) { is_late_ = is_late; }
     bool is_late() const { return is_late_; }
+    /// Before a substep is opened: lets go of the bodies that their hosts have put elsewhere, and
+    /// wakes them. The soil meets them anew in its next step.
+    /// swept_most_m: as far the soil on a driven carrier goes along with it.
+    void leave_behind(double swept_most_m);
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
     void open_substep() {
         deepen();
@@ -132,6 +136,11 @@ class ContactCoupling {
     void replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches);
     /// Of set_contacts; null for an id that is not among them.
     const BodyState* state_of(int id) const;
+    void leave_carriers(CoupledBody& coupled, double slack_m, double swept_most_m);
+    /// Bodies are where their contacts are.
+    void note_found(CoupledBody& coupled) const;
+    /// Whether its host has put a body elsewhere since it was seen, duration_s ago.
+    bool is_elsewhere(const BodyState& body, double duration_s) const;
     double sinkage_m(const BodyState& body, const BodyContact& contact) const;
     void sort_by_body(std::span<const ContactVoxel> contacts);
     /// The place of a body of set_contacts in by_id_; -1: not among them.

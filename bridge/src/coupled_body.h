@@ -10,6 +10,7 @@
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
 #include "bsoil/contact/patch_heirs.h"
+#include "left_behind.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
 
@@ -45,6 +46,7 @@ struct CoupledPatch : PlacedPatch {
 struct Carrier {
     int id = -1;
     BodyState body;  ///< of the ground: fixed
+    LeftPose left;   ///< of its object, if it has one
     Pose pose_at_open;
     bool is_touched = false;  ///< by other bodies, in this substep
     bool is_there = true;     ///< it has not left the world since the rows were put in
@@ -82,6 +84,8 @@ struct CoupledBody {
     bool is_touched = false;  ///< by other bodies, in this substep
     bool is_there = true;     ///< it has not left the world since the rows were put in
     Pose pose_at_open;        ///< at the start of the substep
+    btTransform bullet_pose_at_open = btTransform::getIdentity();  ///< the same, to the bit
+    LeftPose left;
     /// Its contacts as limits_n was found from them while it slept.
     std::optional<std::vector<ContactVoxel>> slept_voxels;
     std::vector<FaceExtent> slept_faces;  ///< of these voxels, in the last step

@@ -47,6 +47,13 @@ struct CouplingDef {
     /// after an impact. Lower, and with few iterations of the solver bodies sink in further.
     double preload_share = 0.85;
 
+    // --- bodies that their host puts elsewhere
+    /// A body that is this much further [voxels] than it can have got by its speed has been put
+    /// there, and the patches that held it stay behind. Ours: the soil knows the place of a contact
+    /// to a voxel. Larger: bodies that are lifted off the soil are still pushed by it; smaller: a
+    /// host that corrects poses by a little loses the patches, and its bodies sink.
+    double put_elsewhere_voxels = 1;
+
     // --- raycast wheels
     /// A wheel that the soil has carried wakes its chassis when the soil bears less than this share
     /// of what it bore. Ours: less than all, since soil that settles beside a wheel changes its

@@ -192,6 +192,7 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         } else {
             list(stream, carrier.body.motion);
         }
+        carrier.left.list(stream);
     });
     stream.list(coupled.motions, 200, [&](ContactMotion& motion) {
         stream(motion.carrier, motion.linear_m_s, motion.angular_rad_s);
@@ -206,6 +207,7 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         coupled.wheel_patches.size() > (is_wheel ? most : 0)) {
         stream.refuse();
     }
+    coupled.left.list(stream);
     stream(coupled.sunk_m, coupled.asleep_step_count);
     if (coupled.asleep_step_count < 0 || coupled.sunk_m < 0) stream.refuse();
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
@@ -314,6 +316,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.body = coupled.body;
         copy.patches = coupled.patches;
         copy.wheel_patches = coupled.wheel_patches;
+        copy.left = coupled.left;
         copy.sunk_m = coupled.sunk_m;
         copy.asleep_step_count = coupled.asleep_step_count;
         copy.mean_limits_n = coupled.mean_limits_n;
@@ -326,6 +329,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
             own.id = carrier.id;
             if (carrier.body.object && is_in_world(parts.world, carrier.body)) {
                 own.body = carrier.body;
+                own.left = carrier.left;
             } else if (!carrier.feels()) {
                 own.body.motion = carrier.body.motion;
             }

@@ -3,6 +3,8 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
+#include <bit>
+
 #include "fingerprint.h"
 #include "hull_conversion.h"
 #include "mesh_conversion.h"
@@ -11,13 +13,24 @@
 namespace bsoil::bullet {
 namespace {
 
+/// A number that changes with any of its coordinates: the factors are odd. Their products do not
+/// wait for each other, as the steps of the hash do.
+uint64_t word_of(const btVector3& point) {
+    const auto bits = [&point](int i) {
+        return std::bit_cast<uint64_t>(static_cast<double>(point[i]));
+    };
+    const uint64_t word = bits(0) * 0x9e3779b97f4a7c15ull + bits(1) * 0xc2b2ae3d27d4eb4full +
+                          bits(2) * 0x165667b19e3779f9ull;
+    return word ^ word >> 32;
+}
+
+/// All of them: a host may edit any in place. Their scaling is a word of its own.
 template <typename PointShape>
 void add_points(Fingerprint& print, const PointShape& shape) {
     const int count = shape.getNumPoints();
     print.add(static_cast<uint64_t>(count));
-    if (count == 0) return;
-    print.add(shape.getScaledPoint(0));
-    print.add(shape.getScaledPoint(count - 1));
+    const btVector3* points = shape.getUnscaledPoints();
+    for (int i = 0; i < count; ++i) print.add(word_of(points[i]));
 }
 
 void add_shape(Fingerprint& print, const btCollisionShape& shape, const GridBall& grid) {

@@ -31,7 +31,9 @@ struct SoilAction::Impl {
         if (!begins_substep()) return;
         vehicles->open_substep();
         if (!enabled) return;
-        carried.open_substep(soil->def().substeps_max * soil->def().voxel_m);
+        const double swept_most_m = soil->def().substeps_max * soil->def().voxel_m;
+        carried.open_substep(swept_most_m);
+        coupling.leave_behind(swept_most_m);
         const StepReport& known = current_report();
         first_contacts.open_substep(*world, known.loads, known.substep_count > 0);
         coupling.open_substep();

@@ -10,9 +10,20 @@
 #include "bsoil/contact/orientation.h"
 #include "bullet_types.h"
 #include "coupling_def.h"
+#include "lent_force.h"
 
 namespace bsoil::bullet {
 namespace {
+
+/// Gives a body a force for the substep; sign -1 takes it off where it still has it.
+/// is_touched: it has the torque as a row.
+void lend(btRigidBody& body, double sign, Vec3 force_n, Vec3 torque_n_m, bool is_touched) {
+    const btVector3& sum = body.getTotalTorque();
+    if (sign < 0 && !LentForce::take(sum)) return;
+    body.applyCentralForce(to_bullet(force_n));
+    if (!is_touched) body.applyTorque(to_bullet(torque_n_m));
+    if (sign > 0) LentForce::lend(sum);
+}
 
 Vec3 tangential(Vec3 v, Vec3 normal) { return v - dot(v, normal) * normal; }
 
@@ -44,11 +55,12 @@ void take_out_of_world(std::vector<Rows*>& rows, const Remove& remove) {
 }  // namespace
 
 SubstepRows::SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
-                         KnownContacts& known)
+                         KnownContacts& known, double voxel_m)
     : world_(world),
       multibody_world_(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
       bodies_(bodies),
-      known_(known) {}
+      known_(known),
+      voxel_m_(voxel_m) {}
 
 bool SubstepRows::is_row(const btTypedConstraint& constraint) {
     return dynamic_cast<const RigidPatchConstraint*>(&constraint) ||
@@ -183,15 +195,13 @@ void SubstepRows::put_in_preload_torque(PreloadTorque& torque) {
 void SubstepRows::apply_preload(CoupledBody& coupled, const CoupledPatch& patch, double sign) {
     const Vec3 force_n = sign * patch.preload_n;
     if (coupled.is_there) {
-        btRigidBody& body = *static_cast<btRigidBody*>(coupled.body.object);
-        body.applyCentralForce(to_bullet(force_n));
-        if (!coupled.is_touched) body.applyTorque(to_bullet(patch.torque_n_m(force_n)));
+        lend(*static_cast<btRigidBody*>(coupled.body.object), sign, force_n,
+             patch.torque_n_m(force_n), coupled.is_touched);
     }
     const Carrier& carrier = coupled.carrier_of(patch);
     if (!carrier.is_rigid() || !carrier.is_there) return;
-    btRigidBody& under = *static_cast<btRigidBody*>(carrier.body.object);
-    under.applyCentralForce(to_bullet(-1.0 * force_n));
-    if (!carrier.is_touched) under.applyTorque(to_bullet(patch.carrier_torque_n_m(force_n)));
+    lend(*static_cast<btRigidBody*>(carrier.body.object), sign, -1.0 * force_n,
+         patch.carrier_torque_n_m(force_n), carrier.is_touched);
 }
 
 void SubstepRows::open() {
@@ -224,7 +234,8 @@ void SubstepRows::open() {
 }
 
 void SubstepRows::open_body(CoupledBody& coupled) {
-    coupled.pose_at_open = from_bullet(coupled.body.object->getWorldTransform());
+    coupled.bullet_pose_at_open = coupled.body.object->getWorldTransform();
+    coupled.pose_at_open = from_bullet(coupled.bullet_pose_at_open);
     for (Carrier& carrier : coupled.carriers) {
         if (carrier.feels()) {
             carrier.pose_at_open = from_bullet(carrier.body.object->getWorldTransform());
@@ -320,11 +331,27 @@ void SubstepRows::take_out_found() {
                       [this](auto* rows) { multibody_world_->removeMultiBodyConstraint(rows); });
 }
 
+/// After find_gone. Where Bullet leaves a body and what carries soil below it.
+void SubstepRows::note_left(CoupledBody& coupled, btScalar substep_s) const {
+    const double slack_m = kCoupling.put_elsewhere_voxels * voxel_m_;
+    if (coupled.is_there && coupled.body.role == BodyRole::rigid) {
+        coupled.left.close(*coupled.body.object, coupled.bullet_pose_at_open, substep_s, slack_m);
+    } else if (coupled.is_there) {  // Bullet keeps no speed of a link
+        coupled.left.set(*coupled.body.object);
+    }
+    for (Carrier& carrier : coupled.carriers) {
+        if (carrier.body.object && is_in_world(world_, carrier.body)) {
+            carrier.left.set(*carrier.body.object);
+        }
+    }
+}
+
 void SubstepRows::close(btScalar substep_s) {
     find_gone();
     for (const int id : opened_) {
         CoupledBody& coupled = bodies_.at(id);
         const auto has_gone = [](const Carrier& carrier) { return !carrier.is_there; };
+        note_left(coupled, substep_s);
         if (!coupled.is_there || std::ranges::any_of(coupled.carriers, has_gone)) continue;
         Vec3 torque;
         // Not solved: asleep. What held it when it fell asleep still does.

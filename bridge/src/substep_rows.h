@@ -19,9 +19,9 @@ namespace bsoil::bullet {
 class SubstepRows {
   public:
     /// bodies: by id, since the order of rows must not depend on addresses; must outlive this.
-    /// known: of the soil; the pressure that a substep has found goes there.
+    /// known: of the soil; the pressure that a substep has found goes there. voxel_m: its.
     SubstepRows(btDiscreteDynamicsWorld& world, std::map<int, CoupledBody>& bodies,
-                KnownContacts& known);
+                KnownContacts& known, double voxel_m);
 
     /// Whether a constraint is a row of any soil's, and no joint of the host's.
     static bool is_row(const btTypedConstraint& constraint);
@@ -61,6 +61,7 @@ class SubstepRows {
     void take_out_found();
     bool read_forces(CoupledBody& coupled, btScalar substep_s, Vec3& torque_n_m);
     void add_drift(CoupledBody& coupled, double substep_s);
+    void note_left(CoupledBody& coupled, btScalar substep_s) const;
     void open_body(CoupledBody& coupled);
     void open_rigid_row(CoupledBody& coupled, size_t index);
     void open_link_rows(CoupledBody& coupled, Carrier& carrier);
@@ -69,6 +70,7 @@ class SubstepRows {
     btMultiBodyDynamicsWorld* multibody_world_;  ///< world_, if it is one
     std::map<int, CoupledBody>& bodies_;
     KnownContacts& known_;
+    double voxel_m_;
     std::vector<int> opened_;  ///< ids of the bodies whose rows are in the world
     std::vector<btTypedConstraint*> rigid_rows_in_;  ///< in the order they were put in
     std::vector<LinkPatchConstraint*> link_rows_in_;

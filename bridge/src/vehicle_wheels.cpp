@@ -160,6 +160,21 @@ void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_
         wheel.forces.normal_n > 0 || wheel.length_m < state.length_most_m - kCoupling.strut_end_m;
 }
 
+/// Whether the vehicle's host has put it elsewhere since the last substep: what the soil did to the
+/// wheel there does not go with it.
+bool VehicleWheels::is_put_elsewhere(const Wheel& wheel, const btVector3& from,
+                                     double substep_s) const {
+    if (!wheel.is_placed) return false;
+    const btRigidBody& chassis = *vehicle_->getRigidBody();
+    const Vec3 center = from_bullet(from) - wheel.length_m * wheel.up;
+    const Vec3 velocity = from_bullet(
+        chassis.getVelocityInLocalPoint(to_bullet(center) - chassis.getCenterOfMassPosition()));
+    const double speed_m_s = std::max(length(velocity), length(wheel.motion.linear_velocity_m_s)) +
+                             std::abs(wheel.rise_m_s);
+    const double slack_m = kCoupling.put_elsewhere_voxels * soil_.lock()->voxel_m();
+    return length(center - wheel.motion.center_of_mass_m) > slack_m + substep_s * speed_m_s;
+}
+
 /// A wheel that is new stands on the soil, if it reaches it: with its strut at full length it might
 /// start deep in it.
 void VehicleWheels::put_down(Wheel& wheel, const btWheelInfo& info) const {
@@ -280,6 +295,7 @@ void* VehicleWheels::cast(const btVector3& from, const btVector3& to,
 
     const auto radius_m = static_cast<double>(info.m_wheelsRadius);
     const auto ray_m = static_cast<double>((to - from).length());
+    if (is_put_elsewhere(wheel, from, substep_s)) wheel.is_placed = wheel.has_met_soil = false;
     if (!wheel.is_placed) put_down(wheel, info);
     const bool is_awake = vehicle_->getRigidBody()->isActive();
     const double length_before_m = wheel.length_m;

@@ -65,6 +65,7 @@ class VehicleWheels final : public VehicleOnSoil {
     bool asks_here(btRaycastVehicle& vehicle);
     int find(const btVector3& from, const btVector3& to) const;
     WheelState state_of(const Wheel& wheel, const btWheelInfo& info, double substep_s) const;
+    bool is_put_elsewhere(const Wheel& wheel, const btVector3& from, double substep_s) const;
     void put_down(Wheel& wheel, const btWheelInfo& info) const;
     double touching_length_m(const Wheel& wheel, const btWheelInfo& info) const;
     void hold(Wheel& wheel, const btWheelInfo& info, double substep_s) const;

@@ -15,33 +15,23 @@
 
 #include "bullet_stream.h"
 #include "contact_cache.h"
+#include "expose.h"
 #include "world_objects.h"
 
 namespace bsoil::bullet {
 namespace {
 
-// Bullet gives no way to set what it derives from its own inputs, and derives it with other
-// roundings than it keeps. An explicit instantiation may name private members; that is all this is.
-template <typename Of, auto Member>
-struct Expose {
-    friend constexpr auto member(Of) { return Member; }
-};
-#define EXPOSE(name, member_pointer)        \
-    struct name {                           \
-        friend constexpr auto member(name); \
-    };                                      \
-    template struct Expose<name, member_pointer>
-EXPOSE(InertiaTensor, &btRigidBody::m_invInertiaTensorWorld);
-EXPOSE(InverseMass, &btRigidBody::m_inverseMass);
-EXPOSE(InverseInertia, &btRigidBody::m_invInertiaLocal);
-EXPOSE(GravityForce, &btRigidBody::m_gravity);
-EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
-EXPOSE(TotalForce, &btRigidBody::m_totalForce);
-EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
-EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
-EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
-EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
-#undef EXPOSE
+BSOIL_EXPOSE(InertiaTensor, &btRigidBody::m_invInertiaTensorWorld);
+BSOIL_EXPOSE(InverseMass, &btRigidBody::m_inverseMass);
+BSOIL_EXPOSE(InverseInertia, &btRigidBody::m_invInertiaLocal);
+BSOIL_EXPOSE(GravityForce, &btRigidBody::m_gravity);
+BSOIL_EXPOSE(GravityAcceleration, &btRigidBody::m_gravity_acceleration);
+BSOIL_EXPOSE(TotalForce, &btRigidBody::m_totalForce);
+BSOIL_EXPOSE(TotalTorque, &btRigidBody::m_totalTorque);
+BSOIL_EXPOSE(ConeTwistTarget, &btConeTwistConstraint::m_qTarget);
+BSOIL_EXPOSE(SleepTimer, &btMultiBody::m_sleepTimer);
+BSOIL_EXPOSE(MultibodyRows, &btMultiBodyConstraint::m_data);
+BSOIL_EXPOSE(VehicleSpeed, &btRaycastVehicle::m_currentVehicleSpeedKmHour);
 
 struct WorldMembers : btDiscreteDynamicsWorld {
     static btScalar& local_time_s(btDiscreteDynamicsWorld& world) {
@@ -78,6 +68,7 @@ class WorldState {
     void serialize_object(btCollisionObject& object);
     void serialize_rigid_body(btRigidBody& body);
     void serialize_multibody(btMultiBody& multibody);
+    void serialize_multibody_constraint(btMultiBodyConstraint& constraint);
     void serialize_constraint(btTypedConstraint& constraint);
     void serialize_vehicle(btRaycastVehicle& vehicle);
 
@@ -203,6 +194,22 @@ void WorldState::serialize_multibody(btMultiBody& m) {
     m.updateCollisionObjectWorldTransforms(rotations, origins);
 }
 
+/// Bullet makes room for impulses in the first substep that solves for them; until then none is
+/// applied.
+void WorldState::serialize_multibody_constraint(btMultiBodyConstraint& constraint) {
+    same("rows of a multibody constraint", constraint.getNumRows());
+    const auto has_room = [&] {
+        return (constraint.*member(MultibodyRows{})).size() >= constraint.getNumRows();
+    };
+    for (int row = 0; row < constraint.getNumRows() && stream_.good(); ++row) {
+        btScalar impulse = has_room() ? constraint.getAppliedImpulse(row) : 0;
+        stream_(impulse);
+        if (!stream_.reads()) continue;
+        if (!has_room()) constraint.finalizeMultiDof();
+        if (has_room()) constraint.internalSetAppliedImpulse(row, impulse);
+    }
+}
+
 /// What changes in a run: motors (a host may command them once), what broke, what was applied.
 void WorldState::serialize_constraint(btTypedConstraint& constraint) {
     same("as the type of a constraint", constraint.getConstraintType());
@@ -326,13 +333,7 @@ void WorldState::serialize() {
             serialize_multibody(*multibody_world->getMultiBody(i));
         }
         for (int i = 0; i < multibody_world->getNumMultiBodyConstraints() && stream_.good(); ++i) {
-            btMultiBodyConstraint& constraint = *multibody_world->getMultiBodyConstraint(i);
-            same("rows of a multibody constraint", constraint.getNumRows());
-            for (int row = 0; row < constraint.getNumRows() && stream_.good(); ++row) {
-                btScalar impulse = constraint.getAppliedImpulse(row);
-                stream_(impulse);
-                if (stream_.reads()) constraint.internalSetAppliedImpulse(row, impulse);
-            }
+            serialize_multibody_constraint(*multibody_world->getMultiBodyConstraint(i));
         }
     }
     for (int i = 0; i < world_.getNumCollisionObjects() && stream_.good(); ++i) {

@@ -11,7 +11,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <random>
+#include <set>
 
 #include "bsoil/limits.h"
 #include "bullet_types.h"
@@ -404,6 +406,25 @@ TEST(ShapeConversion, refusal_inside_a_compound_names_the_child) {
     compound.addChildShape(btTransform::getIdentity(), &empty);
     expect_refusal(compound, "child 0");
     expect_refusal(compound, "Empty");
+}
+
+// It looked at the first and the last point.
+TEST(ShapeConversion, fingerprint_follows_each_point_of_a_hull_edited_in_place) {
+    btConvexHullShape hull;
+    for (int i = 0; i < 200; ++i) {
+        const double angle = 2 * std::numbers::pi * i / 200;
+        hull.addPoint(to_bullet({std::cos(angle), std::sin(angle), i % 2 == 0 ? 0.1 : -0.1}),
+                      false);
+    }
+    hull.recalcLocalAabb();
+    btConvexPointCloudShape cloud(hull.getUnscaledPoints(), hull.getNumPoints(), {1, 1, 1});
+    std::set<uint64_t> seen{shape_fingerprint(hull, kGrid), shape_fingerprint(cloud, kGrid)};
+    ASSERT_EQ(seen.size(), 2u);
+    for (int i = 0; i < hull.getNumPoints(); ++i) {
+        hull.getUnscaledPoints()[i] *= btScalar(0.999);
+        EXPECT_TRUE(seen.insert(shape_fingerprint(hull, kGrid)).second) << i;
+        EXPECT_TRUE(seen.insert(shape_fingerprint(cloud, kGrid)).second) << i;
+    }
 }
 
 TEST(ShapeConversion, fingerprint_follows_size_scaling_margin_and_children) {

@@ -1,11 +1,10 @@
 // A btRaycastVehicle on soil among other actions of its world.
-#include <functional>
 #include <memory>
 #include <set>
 #include <string>
-#include <utility>
 
 #include "bsoil/bullet/soil_raycaster.h"
+#include "host_action.h"
 #include "raycast_car.h"
 #include "sand_bed.h"
 
@@ -14,17 +13,6 @@ namespace {
 
 constexpr btScalar kBrakeNs = 2;
 constexpr double kDriveN = 2000;
-
-/// An action of the host's.
-class HostAction final : public btActionInterface {
-  public:
-    explicit HostAction(std::function<void()> act) : act_(std::move(act)) {}
-    void updateAction(btCollisionWorld*, btScalar) override { act_(); }
-    void debugDraw(btIDebugDraw*) override {}
-
-  private:
-    std::function<void()> act_;
-};
 
 /// Large enough for one car, on voxels of 10 cm.
 SoilDef car_bed() {

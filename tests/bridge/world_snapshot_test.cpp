@@ -1,5 +1,6 @@
 // Snapshots of worlds: what is restored goes on bit for bit.
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
 #include <limits>
@@ -120,7 +121,6 @@ std::unique_ptr<TestWorld> build_multibody() {
     m.updateCollisionObjectWorldTransforms(rotations, origins);
     auto motor = std::make_unique<btMultiBodyJointMotor>(&m, 1, btScalar(-0.8), btScalar(2));
     s.world->addMultiBodyConstraint(motor.get());
-    motor->finalizeMultiDof();
     w->multibody_constraints.push_back(std::move(motor));
     s.add_box(30, {0.2f, 0.15f, 0.2f}, {-0.8f, 0.6f, 0.5f});
     return w;
@@ -187,6 +187,33 @@ TEST_F(WorldSnapshot, no_contact_begins_on_the_ground_while_a_world_is_saved_or_
 
 TEST_F(WorldSnapshot, multibody_on_soil_goes_on_bit_for_bit) {
     for (const int before : {1, 45}) expect_goes_on(build_multibody, before, 45);
+}
+
+// Bullet makes room for their impulses in the first step alone.
+TEST_F(WorldSnapshot, multibody_constraints_that_no_step_has_solved_for_are_saved_and_loaded) {
+    const auto build = [] {
+        auto w = build_multibody();
+        auto limit = std::make_unique<btMultiBodyJointLimitConstraint>(
+            w->multibody.get(), 2, btScalar(-0.1), btScalar(0.1));
+        w->scene.world->addMultiBodyConstraint(limit.get());
+        w->multibody_constraints.push_back(std::move(limit));
+        return w;
+    };
+    for (const int before : {0, 45}) {
+        const auto saved = build(), restored = build();
+        saved->run(before);
+        ASSERT_TRUE(saved->save(path("a")));
+        const Status loaded = restored->load(path("a"));
+        ASSERT_TRUE(loaded) << loaded.error();
+        ASSERT_TRUE(restored->save(path("b")));
+        EXPECT_EQ(bytes_of(path("b")), bytes_of(path("a"))) << "an impulse was lost";
+        for (int i = 0; i < 20; ++i) {
+            saved->step();
+            restored->step();
+            ASSERT_EQ(restored->checksum(), saved->checksum())
+                << "frame " << i << " after " << before;
+        }
+    }
 }
 
 TEST_F(WorldSnapshot, raycast_vehicle_goes_on_bit_for_bit) {
@@ -357,6 +384,34 @@ TEST_F(WorldSnapshot, a_loaded_body_that_its_host_puts_elsewhere_leaves_its_load
 }
 
 // Until the next substep it was that of a driven body.
+TEST_F(WorldSnapshot, a_body_that_its_host_puts_elsewhere_before_it_is_saved_flies_free) {
+    const auto build = [] {
+        auto w = std::make_unique<TestWorld>();
+        add_soil(*w);
+        w->frame_s = w->substep_s = kFrameS / 4;
+        w->scene.add(30, w->scene.shape<btSphereShape>(btScalar(0.2)), {0, 0.6f, 0});
+        return w;
+    };
+    const auto saved = build(), restored = build();
+    saved->run(120);
+    restored->run(5);
+    restored->frame = saved->frame;
+    btRigidBody& ball = *saved->scene.bodies.front();
+    btTransform pose = ball.getWorldTransform();
+    pose.setOrigin(pose.getOrigin() + btVector3(0, 1, 0));
+    ball.setWorldTransform(pose);
+    ball.activate(true);
+    ASSERT_TRUE(saved->save(path("a")));
+    ASSERT_TRUE(restored->load(path("a")));
+    for (int i = 1; i < 20; ++i) {
+        saved->step();
+        restored->step();
+        ASSERT_EQ(restored->checksum(), saved->checksum()) << i;
+        ASSERT_NEAR(ball.getLinearVelocity().y(), btScalar(-9.81) * saved->frame_s * btScalar(i),
+                    1e-3);
+    }
+}
+
 TEST_F(WorldSnapshot, reports_know_what_a_body_feels_of_its_load) {
     const auto saved = build_machine(), restored = build_machine();
     saved->run(30);

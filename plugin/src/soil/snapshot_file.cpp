@@ -23,10 +23,8 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 23: how far up steps have looked at tiles, which of them they look at next, what banks were
-// granted; what bodies feel of their loads, motors of cone twist joints, whether a world tells of
-// substeps.
-constexpr uint32_t kVersion = 23;
+// 24: where Bullet has left the bodies that soil holds.
+constexpr uint32_t kVersion = 24;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

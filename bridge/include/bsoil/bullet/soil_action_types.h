@@ -39,6 +39,7 @@ struct SoilActionDef {
 struct BodyOptions {
     bool ignored = false;  ///< the soil does not see it, and it does not feel the soil
     /// The soil gives way to it, and it feels nothing: as a kinematic body, with the report of one.
+    /// A ghost (btGhostObject) takes part with this alone.
     bool coverage_only = false;
     SurfaceFriction surface{};  ///< friction and adhesion between it and the soil
     /// All fields are equal.
