@@ -10,7 +10,7 @@
 #include "bsoil/bullet/soil_action_types.h"
 #include "bsoil/contact/contact_memory.h"
 #include "bsoil/contact/patch_heirs.h"
-#include "left_behind.h"
+#include "left_pose.h"
 #include "link_patch_constraint.h"
 #include "rigid_patch_constraint.h"
 
