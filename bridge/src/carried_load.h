@@ -85,7 +85,7 @@ class CarriedLoads {
     btDiscreteDynamicsWorld& world_;
     Vec3 up_;
     double gravity_m_s2_;
-    double swept_most_m_ = 0;  ///< of the last open_substep
+    double swept_most_m_ = 0;       ///< of the last open_substep
     std::map<int, Loaded> loaded_;  ///< by SoilBody::id
     std::map<int, Vec3> given_;     ///< since the last set_loads() [N s]
     std::map<int, Vec3> felt_n_;    ///< in the last substep
