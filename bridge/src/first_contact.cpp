@@ -136,21 +136,19 @@ void FirstContacts::open(btDiscreteDynamicsWorld& world, btRigidBody& body, doub
     const BodyState* state = collector_.meet(world, body);
     if (!state) return;
     const auto known = bodies_.find(state->id);
+    const bool is_new = known == bodies_.end();
     // A body that the soil holds has displaced it: the surface stays where the body met it.
     const BodyReport report = coupling_.report(state->id);
     const bool is_held = report.sinkage_m > 0;
-    if (known == bodies_.end() &&
-        (is_held || is_over_carrier({box.min - fall_m * up_, box.max}, body))) {
-        return;
-    }
-    Falling falling = known == bodies_.end() ? Falling{} : known->second;
-    falling.is_new = known == bodies_.end();
+    if (is_new && (is_held || is_over_carrier({box.min - fall_m * up_, box.max}, body))) return;
+    Falling falling = is_new ? Falling{} : known->second;
+    falling.is_new = is_new;
     if (!is_held) {
         const std::optional<SurfaceSoil> soil = soil_below_.under(box);
         if (!soil) return;
         falling.surface = *soil;
         // Bullet's speed of a body in free fall is that of the substep's middle.
-        if (known == bodies_.end()) {
+        if (is_new) {
             const Vec3 n = soil->plane.normal;
             const bool falls = dot(from_bullet(body.getLinearVelocity()), n) < 0;
             falling.lead_m_s = falls ? -0.5 * substep_s * dot(acceleration_m_s2, n) : 0;

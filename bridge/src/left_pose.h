@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "bsoil/contact/contact_patches.h"
+#include "bsoil/geometry.h"
 
 namespace bsoil {
 class StateStream;
