@@ -481,6 +481,7 @@ int excess_carried_off(int slot, ivec3 at, int voxel, ivec3 out_way) {
 #include "momentum_ledger.glsl"
 #include "load_rows.glsl"
 #include "slope_resistance.glsl"
+#include "slides.glsl"
 
 // What pour_soil and take_soil run over. A group is a part of a source's or a sink's region: its tile's slot, and the place of its
 // words in the tables.

@@ -92,7 +92,6 @@ ivec2 way_to(int k) { return ivec2((kWaysX >> (2 * k)) & 3, (kWaysY >> (2 * k)) 
 
 // Columns ahead at which the ground tells how deep soil slides: all of the next four, then each by a quarter further.
 CONST_INT(kSlideReach, 128)
-CONST_INT(kSlideCreep, 8192)    // height of a failing wedge that still slips where soil slides, 1/8 voxel
 
 // Sets soil in motion that lies on a failing slope, as deep as a plane at phi out of the ground ahead leaves it without support.
 void set_sliding(int slot, int x, int y, int top, int source, ivec2 fall, int slope) {

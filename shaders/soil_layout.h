@@ -214,7 +214,10 @@ CONST_INT(kColumnFailing, 9)
 // 1 + z of the lowest soil that was never moved over a hollow, 0 where there is none or no soil has cohesion: see soil_roofs.glsl.
 CONST_INT(kColumnHollow, 10)
 CONST_INT(kHollowUnknown, -1)  // there: find_support looks from the floor up
-CONST_INT(kColumnArrays, 11)
+// From slow_slides to slide_soil: the height (Q16) of what slides, where any may, and by how much the surface sinks as it leaves.
+CONST_INT(kColumnSlideTop, 11)
+CONST_INT(kColumnSinks, 12)
+CONST_INT(kColumnArrays, 13)
 CONST_INT(kNotSingle, -1)
 CONST_INT(kIntactUnknown, -1)
 CONST_INT(kIntactSlack, 64)     // of a voxel's bond, for rounding: 1/1024 voxel

@@ -1,5 +1,6 @@
 #include "oracle/sliding.h"
 
+#include <array>
 #include <numbers>
 #include <optional>
 
@@ -34,11 +35,16 @@ class Pass {
         for (int y = 0; y < now_.ny; ++y) {
             for (int x = 0; x < now_.nx; ++x) found.push_back(slow_down(x, y));
         }
+        std::vector<double> sinkages;
+        for (size_t i = 0; i < found.size(); ++i) {
+            const int y = static_cast<int>(i) / now_.nx;
+            sinkages.push_back(sinkage(static_cast<int>(i) - y * now_.nx, y, found[i]));
+        }
         Field after = now_;
         for (int y = 0; y < now_.ny; ++y) {
             for (int x = 0; x < now_.nx; ++x) {
                 const Slide& slide = found[static_cast<size_t>(y) * now_.nx + x];
-                if (slide.vx != 0 || slide.vy != 0) move_on(x, y, slide, after);
+                if (slide.vx != 0 || slide.vy != 0) move_on(x, y, slide, sinkages, after);
             }
         }
         return after;
@@ -59,26 +65,22 @@ class Pass {
         return drop < -std::max(1.0, slide.thickness) ? std::optional<double>() : drop;
     }
 
-    /// Lets soil above the surface down into the gaps under it; the surface's height then.
+    /// Lets what lies on gaps that slips have left down into them; the surface's height then.
     double close_gaps(int x, int y, double top) {
-        int to = static_cast<int>(std::floor(top));
-        if (to + 1 >= now_.nz || now_.at(x, y, to + 1).soil == 0) return top;
-        for (int z = to + 1; z < now_.nz; ++z) {
-            Voxel& from = now_.at(x, y, z);
-            if (from.soil == 0 || now_.closed(model_, x, y, z)) break;
-            for (; to < z; ++to) {
-                Voxel& under = now_.at(x, y, to);
-                const double room = 1 - under.psi() - under.soil, held = from.soil;
-                if (room > 0) {
-                    const double share = std::min(1.0, room / held);
-                    const Voxel was = from;
-                    move_share(was, from, under, share);
-                    under.bond += share * was.bond;
-                    if (share == 1) from.soil = from.bond = 0;
-                }
-                if (room >= held) break;
-            }
+        int to = static_cast<int>(std::floor(top)), z = to + 1;
+        for (; z < now_.nz; ++z) {
+            Voxel &from = now_.at(x, y, z), &under = now_.at(x, y, z - 1);
+            const double room = 1 - under.psi() - under.soil, held = from.soil;
+            if (held == 0 || now_.closed(model_, x, y, z)) break;
+            if (room <= 0 || room > model_.slide_creep) break;
+            const double share = std::min(1.0, room / held);
+            const Voxel was = from;
+            move_share(was, from, under, share);
+            under.bond += share * was.bond;
+            if (share == 1) from.soil = from.bond = 0;
+            to = room >= held ? z - 1 : z;
         }
+        if (z == static_cast<int>(std::floor(top)) + 1) return top;
         return to + std::min(1.0, now_.at(x, y, to).soil);
     }
 
@@ -159,33 +161,60 @@ class Pass {
         return 1 / (1 + soil.mean(drag) / model_.slide_count);
     }
 
-    void move_on(int x, int y, const Slide& slide, Field& after) const {
+    struct Way {
+        int x, y;
+        double share;
+        double height;  ///< of the ground there
+    };
+    struct Ways {
+        std::array<Way, 3> to;
+        double wanted = 0;  ///< sum of the shares
+        double amount = 0;  ///< of soil that leaves
+    };
+
+    Ways ways_of(int x, int y, const Slide& slide) const {
         const int dx = slide.vx < 0 ? -1 : 1, dy = slide.vy < 0 ? -1 : 1;
         const double along_x = std::min(1.0, std::abs(slide.vx) / model_.slide_count);
         const double along_y = std::min(1.0, std::abs(slide.vy) / model_.slide_count);
-        struct Way {
-            int x, y;
-            double share;
-            double height = 0;  ///< at which soil arrives
-        };
-        Way ways[] = {{x + dx, y, along_x * (1 - along_y)},
-                      {x, y + dy, along_y * (1 - along_x)},
-                      {x + dx, y + dy, along_x * along_y}};
-        double wanted = 0;
-        for (Way& way : ways) {
+        Ways ways{{{{x + dx, y, along_x * (1 - along_y), 0},
+                    {x, y + dy, along_y * (1 - along_x), 0},
+                    {x + dx, y + dy, along_x * along_y, 0}}}};
+        for (Way& way : ways.to) {
             const auto down = way.share > 0 ? drop(way.x, way.y, slide) : std::nullopt;
             if (!down) way.share = 0;
             way.height = slide.top - down.value_or(0);
-            wanted += way.share;
+            ways.wanted += way.share;
         }
-        if (wanted == 0) return;
-        double amount = slide.thickness * std::min(1.0, wanted);
+        ways.amount = slide.thickness * std::min(1.0, ways.wanted);
+        return ways;
+    }
+
+    /// By how much the surface sinks as gaps are closed and what slides leaves.
+    double sinkage(int x, int y, const Slide& slide) const {
+        if (slide.high < slide.low && slide.top == 0) return 0;
+        const double closed = surface(x, y).height - slide.top;
+        double left = ways_of(x, y, slide).amount;
+        if (left == 0) return closed;
+        int z = slide.high;
+        for (; z >= slide.low && now_.at(x, y, z).soil <= left; --z) left -= now_.at(x, y, z).soil;
+        if (z < 0) return closed + slide.top;
+        return closed +
+               std::max(0.0, slide.top - z - std::clamp(now_.at(x, y, z).soil - left, 0.0, 1.0));
+    }
+
+    void move_on(int x, int y, const Slide& slide, const std::vector<double>& sinkages,
+                 Field& after) const {
+        Ways ways = ways_of(x, y, slide);
+        for (Way& way : ways.to) {
+            if (way.share > 0) way.height -= sinkages[static_cast<size_t>(way.y) * now_.nx + way.x];
+        }
+        double amount = ways.amount;
         for (int z = slide.high; z >= slide.low && amount > 0; --z) {
             const Voxel& source = now_.at(x, y, z);
             const double taken = std::min(amount, source.soil);
             amount -= taken;
-            for (Way& way : ways) {
-                double left = taken * way.share / wanted;
+            for (Way& way : ways.to) {
+                double left = taken * way.share / ways.wanted;
                 for (int n = 0; n < 3 && left > 0; ++n) {
                     const int target = static_cast<int>(std::floor(way.height));
                     if (now_.closed(model_, way.x, way.y, target)) break;

@@ -13,7 +13,7 @@
 /// least;
 /// - shares go to the columns along x, along y and across the corner as in (15) of the thesis, each
 /// filled from its surface up, three voxels at most at once;
-/// - soil above gaps that slides have left drops into them;
+/// - the surface that soil arrives on is the one that what slides has left there in the same pass;
 /// - viscosity takes speed as (1 - viscosity)^(60 t) does, by implicit Euler steps.
 #pragma once
 

@@ -182,6 +182,8 @@ void Passes::slide(int passes) {
     core_.params.slide_count = passes;
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_look(Looker::slide);
+    core_.stamps.begin_pass();
+    run(Kernel::slow_slides, lists_.tiles());
     move(Kernel::slide_soil, lists_.tiles());
 }
 

@@ -208,7 +208,9 @@ void TileTable::note_stale(int slot, bool may_be_covered) {
     write_columns(slot, kColumnSingle, kNotSingle);
     write_columns(slot, kColumnSlides, 1);
     write_columns(slot, kColumnIntact, kIntactUnknown);
-    for (const int array : {kColumnCut, kColumnFailing}) write_columns(slot, array, 0);
+    for (const int array : {kColumnCut, kColumnFailing, kColumnSinks}) {
+        write_columns(slot, array, 0);
+    }
     write_columns(slot, kColumnHollow, kHollowUnknown);
 }
 
