@@ -47,7 +47,7 @@ cp "$here/urdf.dict" "$folder/urdf.dict"
 # are spent: an hour is an hour, whatever runs beside it.
 fuzz() {
     local target=$1 log=$folder/$1.log spent=0 runs=0 result=clean seconds TIMEFORMAT='%U %S'
-    local options=(-timeout=60 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 -close_fd_mask=1
+    local options=(-timeout=600 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 -close_fd_mask=1
         -artifact_prefix="$folder/findings/$target-")
     [[ -f $folder/$target.dict ]] && options+=(-dict="$folder/$target.dict")
     # What steps a soil runs through so much of the code that weighing inputs by how rare their features are takes longer than
