@@ -65,7 +65,11 @@ void slide_soil(int group, int lane) {
     int first = slot * params.tile_voxels + lane;
     int top = spans[column_word(kColumnSlideTop, column)];
     Slab slab;
-    if (top <= 0 || !find_slab(first, top, slab) || slab.pace == 0) return;
+    if (top <= 0 || !find_slab(first, top, slab)) return;
+    if (slab.pace == 0) {  // what friction has left of its momentum is no speed any more
+        write_speed(first, slab);
+        return;
+    }
     int source = first + slab.high * kTileColumns;
     mark_moved(source, source);
     // So many passes more: see Passes::slide_part_count.

@@ -120,18 +120,13 @@ void stop_column(int first, int end) {
 }
 
 
-// By how much the surface sinks as the slab's share leaves from its top down. Where that has to wait it does not.
+// By how much the surface sinks as the slab's share leaves from its top down. It must not go by which blocks are listed: soil from
+// a snapshot has others.
 int sinkage_of(int slot, int x, int y, int first, int top, IN(Slab) slab) {
     Arrivals arrivals;
     find_arrivals(slot, x, y, top, slab, arrivals);
     int left = leaving_amount(slab, arrivals);
     if (left == 0) return 0;
-    for (int k = 0; k < 3; ++k) {
-        if (arrivals.share[k] == 0) continue;
-        ivec2 to = arrival_at(k, x, y, way_ahead(slab));
-        int target = voxel_at(slot, to.x, to.y, arrivals.place[k] >> 16);
-        if (target < 0 || !are_listed(first + slab.high * kTileColumns, target)) return 0;
-    }
     int z = slab.high;
     for (; z >= slab.low && state_at(kPlaneVolume, first + z * kTileColumns) <= left; --z) {
         left -= state_at(kPlaneVolume, first + z * kTileColumns);
