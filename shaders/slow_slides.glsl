@@ -107,18 +107,19 @@ void slow_slab(int slot, int x, int y, int top, int source, INOUT(Slab) slab) {
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
 }
 
-// Nothing slides under a body, nor under terrain.
-void stop_column(int first, int end) {
+// Nothing slides under a body, nor under terrain. What has come there in this step has no support until find_support looks: it is
+// stopped by the look after that, which nothing else may ask for.
+void stop_column(int slot, int lane, int first, int end) {
     MomentumSum taken = no_momentum();
     for (int z = 0; z < end; ++z) {
         int voxel = first + z * kTileColumns;
-        if (state_at(kPlaneSupport, voxel) == kSupportGround && slides_along(voxel)) {
-            set_in_sum(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel)), taken);
-        }
+        if (!slides_along(voxel)) continue;
+        int support = state_at(kPlaneSupport, voxel);
+        if (support == kSupportGround) set_in_sum(voxel, ivec3(0, 0, state_at(kPlaneMomentumZ, voxel)), taken);
+        if (support == kSupportNone) stamp_column(slot, lane);
     }
     add_momentum_sums(kResultGround, taken);
 }
-
 
 // By how much the surface sinks as the slab's share leaves from its top down. It must not go by which blocks are listed: soil from
 // a snapshot has others.
@@ -151,7 +152,7 @@ void slow_slides(int group, int lane) {
     int sinkage = 0;
     Slab slab;
     if (top <= 0) {
-        stop_column(first, end);
+        stop_column(slot, lane, first, end);
     } else if (find_slab(first, closed, slab)) {
         slow_slab(slot, x, y, closed, first + slab.rubbing * kTileColumns, slab);
         write_speed(first, slab);

@@ -45,9 +45,12 @@ TEST(RandomWorlds, go_on_where_falls_are_the_last_thing_saved) {
     expect_all_holds(2082, 2082, Run::restored, PlanKind::calm);
 }
 
-// A push that soil took along into a gap below stayed there, until a restored world looked.
+// Until a restored world looked a push stayed that soil took along into a gap below, spans as they
+// were before a gap was closed, and the momentum of a crumb that had slid under a roof.
 TEST(RandomWorlds, go_on_where_slides_closed_gaps_in_pushed_soil) {
     expect_all_holds(40054, 40054, Run::restored, PlanKind::any, Sky::weather);
+    expect_all_holds(1060003, 1060003, Run::restored, PlanKind::any, Sky::weather);
+    expect_all_holds(1040115, 1040115, Run::restored, PlanKind::any, Sky::weather);
 }
 
 // Each had soil that stayed awake for good: dust and thin layers that slide, soil that goes to and

@@ -167,8 +167,8 @@ TEST(PushedSoil, is_thrown_backwards_by_a_wheel_that_spins) {
 }
 
 // A ball comes down at 4 m/s and stops in the bed. What gives way goes out at 45 deg - phi / 2 with
-// up to its speed, so up to 0.26 m high, all around alike. A top is known to a voxel, and what flies
-// is spread over one more.
+// up to its speed, so up to 0.26 m high, all around alike. A top is known to a voxel, and what
+// flies is spread over one more.
 TEST(PushedSoil, splashes_around_a_ball_that_falls_in) {
     for (const double speed : {0.5, 4.0}) {
         SoilDef def = grid_def(64, 64, 32);

@@ -231,7 +231,6 @@ void StageBench::slide(int passes) {
     impl_->params.slide_count = passes;
     impl_->stamps.begin_pass();
     run(Kernel::slow_slides, impl_->lists.tiles());
-    impl_->stamps.begin_pass();
     run(Kernel::slide_soil, impl_->lists.tiles());
     run(Kernel::apply_flow, impl_->lists.listed());
 }

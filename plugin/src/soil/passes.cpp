@@ -182,9 +182,11 @@ void Passes::slide(int passes) {
     core_.params.slide_count = passes;
     look(Kernel::build_spans, Looker::spans, lists_.tiles());
     core_.stamps.begin_look(Looker::slide);
+    // One pass: apply_flow notes what both have changed.
     core_.stamps.begin_pass();
     run(Kernel::slow_slides, lists_.tiles());
-    move(Kernel::slide_soil, lists_.tiles());
+    run(Kernel::slide_soil, lists_.tiles());
+    run(Kernel::apply_flow, lists_.listed());
 }
 
 void Passes::collect_contacts() {
