@@ -159,5 +159,5 @@ void slow_slides(int group, int lane) {
         if (slab.pace > 0) sinkage = sinkage_of(slot, x, y, first, closed, slab);
     }
     spans[column_word(kColumnSlideTop, column)] = closed;
-    spans[column_word(kColumnSinks, column)] = top <= 0 ? 0 : top - closed + sinkage;
+    spans[column_word(kColumnSinks, column)] = top - closed + sinkage;
 }
