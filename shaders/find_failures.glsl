@@ -357,7 +357,8 @@ void find_failures(int group, int lane) {
         }
     }
     if (is_toe) {
-        spans[ways_word] = failing;
+        // Else nobody asks for them, and they would tell who has looked: a plane that breaks no more bonds is not looked for again.
+        if (params.keeps_cohesion != 0) spans[ways_word] = failing;
         ATOMIC_OR_OWNED(spans[word], bit);
     } else {
         ATOMIC_AND_OWNED(spans[word], ~bit);

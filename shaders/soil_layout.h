@@ -185,7 +185,8 @@ CONST_INT(kSpanKind, 2)         // kSpanRigid ...
 CONST_INT(kColumnWords, 92)
 CONST_INT(kColumnCount, 0)      // spans of the column
 CONST_INT(kColumnSpans, 1)      // their records from the floor up, then padding up to kColumnSpeed and kColumnBase
-// Of a toe of banks the ways up which planes failed at the last look in this step; kNoWays where its voxel was closed.
+// Of a toe of banks the ways up which planes failed at the last look in this step; kNoWays where its voxel was closed. Where loose
+// soil has no cohesion nobody asks.
 CONST_INT(kColumnWays, 49)
 CONST_INT(kNoWays, -1)
 CONST_INT(kColumnSpeed, 52)     // slip speed of span i (Q16 voxels per base step), two sets used turn by turn

@@ -53,6 +53,12 @@ TEST(RandomWorlds, go_on_where_slides_closed_gaps_in_pushed_soil) {
     expect_all_holds(1040115, 1040115, Run::restored, PlanKind::any, Sky::weather);
 }
 
+// Of a plane that had nothing left to break a restored world noted that it fails, and a running one
+// did not look at it again.
+TEST(RandomWorlds, go_on_where_a_bank_has_no_bonds_left_to_break) {
+    expect_all_holds(1060032, 1060032, Run::restored, PlanKind::any, Sky::weather);
+}
+
 // Each had soil that stayed awake for good: dust and thin layers that slide, soil that goes to and
 // fro between a body and a slope, pushes without soil or into crowded soil, dust on a steep face.
 TEST(SlowRandomWorlds, sleep_where_thin_soil_lies_about) {
