@@ -301,20 +301,43 @@ bool hangs(int slot, IN(Parcel) parcel, ivec3 weight, ivec3 side) {
     return true;
 }
 
+// Stops a parcel that goes a whole voxel along an axis where something bars that step: its momentum along that axis goes to what
+// bars it, and `lost` grows by it. Whether it does.
+bool stops_at_wall(int slot, ivec3 step, INOUT(Parcel) parcel, INOUT(ivec3) lost) {
+    if (step.x == 0 && step.y == 0 && step.z == 0) return false;
+    ivec3 target = parcel.at + step;
+    int to = voxel_at(slot, target.x, target.y, target.z);
+    if (!is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) return false;
+    ivec3 held = parcel.momentum * abs(step);
+    ivec3 bound = momentum_with_wall(slot, parcel.at, parcel.mass, target, to);
+    ivec3 taken = held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
+    take_at_wall(to, taken);
+    parcel.momentum = parcel.momentum - taken;
+    lost = lost + taken;
+    return true;
+}
+
 // Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
-ivec3 spread_soil(int slot, IN(Parcel) parcel, ivec3 drift) {
+ivec3 spread_soil(int slot, IN(Parcel) given, ivec3 drift) {
+    Parcel parcel = given;
     ivec3 weight = drift_weight(slot, parcel.at, parcel.voxel, drift);
     ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
-    // Thin soil that falls slowly, or along a wall that wind presses it to, goes as crumbs do.
-    if (parcel.falls && hangs(slot, parcel, weight, side)) {
+    // Thin soil that falls slowly, or along a wall that wind presses it to, goes as crumbs do. They keep what they have along a
+    // wall: one that wind pressed into a corner lost there what it fell with, again and again, and hardly came down.
+    bool goes_whole = parcel.falls && (parcel.volume <= kWholeMost || hangs(slot, parcel, weight, side));
+    ivec3 lost = ivec3(0);
+    if (goes_whole) {
         weight = abs(whole_voxels(drift, grid_voxel(slot, parcel.at.x, parcel.at.y, parcel.at.z)));
+        ivec3 step = weight / kVoxelFull * side;
+        if (stops_at_wall(slot, ivec3(step.x, 0, 0), parcel, lost)) weight.x = 0;
+        if (stops_at_wall(slot, ivec3(0, step.y, 0), parcel, lost)) weight.y = 0;
+        if (stops_at_wall(slot, ivec3(0, 0, step.z), parcel, lost)) weight.z = 0;
     }
     // First who gets any: so lanes that run together give together, each to its own next corner.
     int left = 0;
     for (int corner = 1; corner < 8; ++corner) {
         if (corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass) != 0) left = left | (1 << corner);
     }
-    ivec3 lost = ivec3(0);
     for (; left != 0; left = left & (left - 1)) {
         ivec3 pick = corner_pick(lowest_bit(left));
         lost = lost + give_share(slot, parcel, pick * side, corner_share(weight, pick, parcel.volume, parcel.mass));

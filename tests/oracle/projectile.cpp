@@ -160,7 +160,7 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
         }
         const auto displacement = [&](double speed) { return std::clamp(speed * dt, -1.0, 1.0); };
         drift = {displacement(drift.x), displacement(drift.y), displacement(drift.z)};
-        const Vec3 momentum = accelerated * mass;
+        Vec3 momentum = accelerated * mass;
         origin.momentum += momentum - voxel.momentum;
         const WayOut out =
             is_caught(model, voxel) ? find_way_out(model, before, bodies, x, y, z) : WayOut{};
@@ -187,8 +187,27 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
             may_hang && std::all_of(parts.begin(), parts.end(), [&](const Overlap& part) {
                 return is_speck(part) || (goes_no_faster && locked(out, x, y, z, part));
             });
-        if (voxel.soil <= model.crumb || (voxel.support.kind != Support::Kind::body && hangs)) {
-            parts = overlaps(whole_voxels(model, drift, x, y, z));
+        const bool falls = voxel.support.kind != Support::Kind::body;
+        if (voxel.soil <= model.crumb || (falls && hangs)) {
+            Vec3 whole = whole_voxels(model, drift, x, y, z);
+            // A wall that bars an axis takes the momentum along it and no other.
+            for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+                Vec3 step;
+                step.*axis = whole.*axis;
+                const Overlap part{nearest(step.x), nearest(step.y), nearest(step.z), 1};
+                if (!falls || step.*axis == 0 || !locked(out, x, y, z, part)) continue;
+                const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
+                Vec3 with_wall;
+                if (recedes(model, before, bodies, nx, ny, nz)) {
+                    const int owner = before.at(nx, ny, nz).owner;
+                    with_wall = mass * bodies[static_cast<size_t>(owner)].velocity_at(x, y, z);
+                }
+                const double kept = towards(momentum, with_wall).*axis;
+                origin.momentum.*axis += kept - momentum.*axis;
+                momentum.*axis = kept;
+                whole.*axis = 0;
+            }
+            parts = overlaps(whole);
         }
         for (const Overlap& part : parts) {
             if (is_speck(part)) continue;

@@ -212,5 +212,23 @@ TEST(Rest, soil_that_wind_presses_to_a_wall_comes_down) {
     EXPECT_EQ(units_in(*soil, 3, 3, 2), 0);
 }
 
+// With what a wall took went what the crumb fell with. It was in the air for ten times as long as
+// soil at its fall speed.
+TEST(Rest, a_crumb_that_wind_presses_into_a_corner_comes_down) {
+    SoilDef def = tile_def(fixed_density(sand(30)));
+    def.material.fall_speed_m_s = 0.5;
+    def.wind_m_s = {-4, -6, 0};
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {0, 0, 0}, {8, 8, 1})));
+    ASSERT_TRUE(soil->settle(100, {})->is_at_rest);
+    constexpr int kFall = 12;
+    put(*soil, 0, 0, kFall + 1, {.volume = 200});
+    // As random worlds have it, and a second for what else there is.
+    const double voxels_a_step = def.material.fall_speed_m_s * def.step_s / def.voxel_m;
+    const double most = std::pow(std::sqrt(kFall) + 3.7, 2) / voxels_a_step + 60;
+    EXPECT_LT(steps_until_rest(*soil, 4000), most);
+    EXPECT_EQ(units_in(*soil, 0, 0, kFall + 1), 0);
+}
+
 }  // namespace
 }  // namespace bsoil::rest_test
