@@ -74,16 +74,27 @@ void keep_speed(INOUT(Slab) slab, int kept) {
     slab.pace = mul_q16(slab.pace, kept);
 }
 
+// How high the soil on top of a column whose surface is at `top` lies over what it rests on: the floor, a body or terrain.
+int height_on_ledge(int column, int top) {
+    int record = column * kColumnWords;
+    for (int i = spans[record + kColumnCount] - 1; i >= 0; --i) {
+        int at = record + kColumnSpans + i * kSpanWords;
+        if (spans[at + kSpanKind] == kSpanPiled && spans[at + kSpanTop] == top) return top - spans[at + kSpanBottom];
+    }
+    return top;
+}
+
 // Slope of the ground ahead along the speed: of the facet between the axis that it is nearer to and the diagonal, as slip_soil
-// has them. drop: to the columns along x and along y.
-int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Slab) slab) {
+// has them. drop: to the columns along x and along y. most: of all drops. At the edge of a ledge soil falls as far as it is high
+// there, for slip_soil too: what lies on the ledge has friction with it, however deep the ground lies beyond.
+int slope_ahead(int slot, int x, int y, int top, int most, ivec2 ahead, ivec2 drop, IN(Slab) slab) {
     ivec2 speed = abs(slab.speed);
     bool is_x = speed.x >= speed.y;
-    int along = is_x ? drop.x : drop.y;
-    int across = is_x ? drop.y : drop.x;
+    int along = min(most, is_x ? drop.x : drop.y);
+    int across = min(most, is_x ? drop.y : drop.x);
     if (speed.x != 0 && speed.y != 0) {
         int diagonal = slide_drop(slot, x + ahead.x, y + ahead.y, top, slab.thickness);
-        if (diagonal != kSlideWall) across = diagonal - along;
+        if (diagonal != kSlideWall) across = min(most, diagonal) - along;
     }
     // By the ratio of the two: the pace of what hardly moves is a few units.
     int ratio = share_of(is_x ? speed.y : speed.x, is_x ? speed.x : speed.y);
@@ -92,8 +103,8 @@ int slope_ahead(int slot, int x, int y, int top, ivec2 ahead, ivec2 drop, IN(Sla
                  kSlideSteepest);
 }
 
-// What bars the way takes the momentum along it, friction and drag take their part.
-void slow_slab(int slot, int x, int y, int top, int source, INOUT(Slab) slab) {
+// What bars the way takes the momentum along it, friction and drag take their part. on_ledge: see slope_ahead.
+void slow_slab(int slot, int x, int y, int top, int on_ledge, int source, INOUT(Slab) slab) {
     ivec2 ahead = way_ahead(slab);
     ivec2 drop = ivec2(slab.speed.x == 0 ? 0 : slide_drop(slot, x + ahead.x, y, top, slab.thickness),
                        slab.speed.y == 0 ? 0 : slide_drop(slot, x, y + ahead.y, top, slab.thickness));
@@ -101,7 +112,7 @@ void slow_slab(int slot, int x, int y, int top, int source, INOUT(Slab) slab) {
     if (drop.y == kSlideWall) drop.y = slab.speed.y = 0;
     slab.pace = slope_length(slab.speed.x, slab.speed.y);
     if (slab.pace > 0) {
-        int slope = slope_ahead(slot, x, y, top, ahead, drop, slab);
+        int slope = slope_ahead(slot, x, y, top, on_ledge, ahead, drop, slab);
         take_speed(slab, lost_to_friction(source, slot, ivec3(x, y, slab.rubbing), slope));
     }
     if (params.deposits != 0 && slab.pace > 0) keep_speed(slab, kept_by_drag(source));
@@ -154,7 +165,8 @@ void slow_slides(int group, int lane) {
     if (top <= 0) {
         stop_column(slot, lane, first, end);
     } else if (find_slab(first, closed, slab)) {
-        slow_slab(slot, x, y, closed, first + slab.rubbing * kTileColumns, slab);
+        int on_ledge = height_on_ledge(column, top) - (top - closed);
+        slow_slab(slot, x, y, closed, on_ledge, first + slab.rubbing * kTileColumns, slab);
         write_speed(first, slab);
         if (slab.pace > 0) sinkage = sinkage_of(slot, x, y, first, closed, slab);
     }

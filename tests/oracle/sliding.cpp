@@ -28,7 +28,11 @@ struct Slide {
 class Pass {
   public:
     Pass(const Model& model, const Field& before, const Stands& stands)
-        : model_(model), stands_(stands), surfaces_(free_surfaces(model, before)), now_(before) {}
+        : model_(model),
+          stands_(stands),
+          surfaces_(free_surfaces(model, before)),
+          before_(before),
+          now_(before) {}
 
     Field run() {
         std::vector<Slide> found;
@@ -53,6 +57,16 @@ class Pass {
   private:
     const FreeSurface& surface(int x, int y) const {
         return surfaces_[static_cast<size_t>(y) * now_.nx + x];
+    }
+
+    /// Height of what the soil on top of a column rests on.
+    double foot(int x, int y) const {
+        for (const Span& span : height_spans(model_, before_, x, y)) {
+            if (span.kind == Span::Kind::piled && span.top == surface(x, y).height) {
+                return span.bottom;
+            }
+        }
+        return 0;
     }
 
     /// How much lower the ground at (x, y) is; nothing where that bars the way.
@@ -123,11 +137,14 @@ class Pass {
         if (!drop_y) slide.vy = 0;
         if (const double pace = std::hypot(slide.vx, slide.vy); pace > 0) {
             // Down the plane through the columns here, beside along the larger speed, and diagonal.
-            double dx = slide.vx == 0 ? 0 : *drop_x, dy = slide.vy == 0 ? 0 : *drop_y;
+            // Off a ledge no further than the soil on it is high.
+            const double most = slide.top - foot(x, y);
+            double dx = slide.vx == 0 ? 0 : std::min(most, *drop_x);
+            double dy = slide.vy == 0 ? 0 : std::min(most, *drop_y);
             if (const auto both = drop(ahead_x, ahead_y, slide);
                 both && slide.vx != 0 && slide.vy != 0) {
                 (std::abs(slide.vx) >= std::abs(slide.vy) ? dy : dx) =
-                    *both - (std::abs(slide.vx) >= std::abs(slide.vy) ? dx : dy);
+                    std::min(most, *both) - (std::abs(slide.vx) >= std::abs(slide.vy) ? dx : dy);
             }
             const double slope =
                 std::clamp((dx * std::abs(slide.vx) + dy * std::abs(slide.vy)) / pace,
@@ -233,6 +250,7 @@ class Pass {
     const Model& model_;
     const Stands& stands_;
     const std::vector<FreeSurface> surfaces_;
+    const Field& before_;
     Field now_;
 };
 

@@ -73,6 +73,7 @@ TEST(SlowRandomWorlds, sleep_where_thin_soil_lies_about) {
     expect_all_holds(900610, 900610, Run::watched, any);
     expect_all_holds(900415, 900415, Run::watched, any, Sky::weather);
     expect_all_holds(1000074, 1000074, Run::watched, any, Sky::weather);
+    expect_all_holds(1020089, 1020089, Run::watched, calm, Sky::weather);
 }
 
 TEST(RandomWorlds, are_the_same_on_gl) {

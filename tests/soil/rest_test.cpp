@@ -230,5 +230,19 @@ TEST(Rest, a_crumb_that_wind_presses_into_a_corner_comes_down) {
     EXPECT_EQ(units_in(*soil, 0, 0, kFall + 1), 0);
 }
 
+// The slide took the drop beyond the edge for a slope, on which there is no friction, and what
+// makes soil slip saw a slope as high as the soil. It trickled off at one speed, ever less in a
+// step.
+TEST(Rest, what_slides_to_the_edge_of_bare_rock_stops) {
+    SoilDef def = tile_def(fixed_density(sand(30)));
+    def.slides = SlideMotion::run_out;
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil->add_terrain([](Vec3 at) { return (at.x < 0.2 ? 0.1 : 0.0) - at.z; }));
+    const int volume = 4000;
+    put(*soil, 3, 3, 2, {.volume = volume, .momentum_x = 2 * volume});
+    EXPECT_LT(steps_until_rest(*soil, 1000), 30);
+    EXPECT_GT(units_in(*soil, 3, 3, 2), volume * 0.9);
+}
+
 }  // namespace
 }  // namespace bsoil::rest_test
