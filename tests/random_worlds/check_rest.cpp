@@ -237,6 +237,8 @@ class RestCheck final : public Check {
             if (const auto it = impulses.find(part.object); it != impulses.end()) {
                 up_n += dot(it->second, world.up()) / substep_s;
             }
+            if (world.was_touched()) turns_.forget(part.object);
+            turns_.note(*part.object, world.up(), !part.is_asleep && up_n > 0);
             if (part.is_asleep && !forces.up_n.empty()) {
                 if (!forces.has_slept) forces.up_asleep_n = up_n;
                 if (world.was_touched() && !forces.up_untouched_n) {
@@ -367,7 +369,8 @@ class RestCheck final : public Check {
             sinkage_m = std::max(sinkage_m, found_m);
         }
         const double bound_m = kSinkageFactor * sinkage_m + kSinkageVoxels * voxel_m +
-                               fallen_soil_m(world, index, lowest, ring_m);
+                               fallen_soil_m(world, index, lowest, ring_m) +
+                               turns_.most_m(part.object);
         if (*surface_m - bound_m < ground_height_m(world, index, lowest)) return;
         if (bottom_m < *surface_m - bound_m) {
             failures.add("sinkage", name, world.time_s(),
@@ -445,18 +448,6 @@ class RestCheck final : public Check {
         return sum_m;
     }
 
-    /// Of the terrain, else of the grid's floor. Neither stops a body: hosts have bodies for them.
-    /// Where a plate would go through all soil there is nothing to compare with (90127).
-    static double ground_height_m(const BuiltWorld& world, int soil, Vec3 at) {
-        const SoilPlan& plan = world.plan().soils[static_cast<size_t>(soil)];
-        const GridFrame& frame = world.soil(soil).soil().frame();
-        Vec3 here = frame.to_grid(at);
-        const double aside_m = here.x * frame.voxel_m - plan.def.size_m.x / 2;
-        const bool has_terrain = plan.terrain_m > 0;
-        here.z = has_terrain ? (plan.terrain_m + plan.terrain_slope * aside_m) / frame.voxel_m : 0;
-        return height_m(world, frame.to_world(here));
-    }
-
     static bool is_jointed(const BuiltWorld& world, const btCollisionObject* object) {
         for (const JointPlan& joint : world.plan().joints) {
             if (!joint.dropped &&
@@ -491,6 +482,7 @@ class RestCheck final : public Check {
         double surface_m = 0;
     };
     std::map<const btCollisionObject*, Met> met_;
+    Turns turns_;
 };
 
 }  // namespace

@@ -163,4 +163,32 @@ double sinkage_after_fall_m(const Soil& soil, const Underside& underside, double
     return worst_m;
 }
 
+double ground_height_m(const BuiltWorld& world, int soil, Vec3 at) {
+    const SoilPlan& plan = world.plan().soils[static_cast<size_t>(soil)];
+    const GridFrame& frame = world.soil(soil).soil().frame();
+    Vec3 here = frame.to_grid(at);
+    const double aside_m = here.x * frame.voxel_m - plan.def.size_m.x / 2;
+    const bool has_terrain = plan.terrain_m > 0;
+    here.z = has_terrain ? (plan.terrain_m + plan.terrain_slope * aside_m) / frame.voxel_m : 0;
+    return height_m(world, frame.to_world(here));
+}
+
+void Turns::note(const btCollisionObject& object, Vec3 up, bool is_borne) {
+    const btTransform& now = object.getWorldTransform();
+    const auto before = poses_.find(&object);
+    if (is_borne && before != poses_.end()) {
+        const Vec3 lowest = lowest_point(*object.getCollisionShape(), now, up);
+        const btVector3 of_body = now.inverse() * to_bullet(lowest);
+        const btVector3 turned = before->second.getBasis() * of_body - now.getBasis() * of_body;
+        double& most = most_m_[&object];
+        most = std::max(most, dot(from_bullet(turned), up));
+    }
+    poses_[&object] = now;
+}
+
+double Turns::most_m(const btCollisionObject* object) const {
+    const auto known = most_m_.find(object);
+    return known == most_m_.end() ? 0 : known->second;
+}
+
 }  // namespace bsoil::random_worlds

@@ -51,5 +51,28 @@ TEST(LieOfBody, knows_what_of_a_cone_looks_down) {
     }
 }
 
+// A rod of 1 m goes over from one end to the other, and its middle comes down meanwhile.
+TEST(LieOfBody, knows_how_far_a_turn_has_taken_the_other_end_down) {
+    btBoxShape rod{btVector3(btScalar(0.5), btScalar(0.01), btScalar(0.01))};
+    btCollisionObject object;
+    object.setCollisionShape(&rod);
+    Turns turns;
+    const auto lean = [&](double turned_rad, double middle_m, bool is_borne) {
+        object.setWorldTransform(btTransform(btQuaternion({0, 0, 1}, btScalar(turned_rad)),
+                                             btVector3(3, btScalar(middle_m), 1)));
+        turns.note(object, {0, 1, 0}, is_borne);
+    };
+    lean(-0.6, 5, false);
+    lean(0.8, 3, false);
+    EXPECT_EQ(turns.most_m(&object), 0) << "in the air";
+    lean(0.3, 2.9, true);
+    lean(-0.2, 2.8, true);
+    const double down_m = 0.5 * (std::sin(0.3) + std::sin(0.2));
+    EXPECT_NEAR(turns.most_m(&object), down_m, 0.01);
+    turns.forget(&object);
+    lean(1.5, 2.8, true);
+    EXPECT_NEAR(turns.most_m(&object), down_m, 0.01) << "somebody else has turned it";
+}
+
 }  // namespace
 }  // namespace bsoil::random_worlds::lie_of_body_test
