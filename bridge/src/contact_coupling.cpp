@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 
 #include "bsoil/contact/mean_pressure.h"
@@ -94,7 +93,11 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body, double dura
         coupled.carriers.clear();
         coupled.motions.clear();
         coupled.patches.clear();
+        coupled.elements.clear();
+        coupled.met_motion.reset();
     }
+    work.moved = moved_since(coupled, body, duration_s);
+    coupled.met_motion = body.motion;
     coupled.body = body;
     work.coupled = &coupled;
     const bool is_sleeper =
@@ -186,29 +189,6 @@ void ContactCoupling::let_go() {
     coupled_.clear();
     by_id_.clear();
     known_.clear();
-}
-
-void ContactCoupling::deepen() {
-    for (auto& [id, coupled] : coupled_) {
-        if (coupled.patches.empty() || coupled.body.is_asleep ||
-            !is_in_world(world_, coupled.body)) {
-            continue;
-        }
-        const Vec3 now_m = from_bullet(coupled.body.object->getWorldTransform().getOrigin());
-        const SinkChange change =
-            coupled.sink_to(dot(coupled.body.motion.center_of_mass_m - now_m, soil_->up));
-        for (CoupledPatch& patch : coupled.patches) {
-            if (patch.patch.carrier < 0) change.apply_to(patch.patch);
-        }
-    }
-}
-
-void ContactCoupling::deepen_wheel(int body_id, double sunk_m) {
-    const auto found = coupled_.find(body_id);
-    // Its solver has a stiffness for what it sinks within a step of the soil.
-    if (!is_late_ || found == coupled_.end()) return;
-    const SinkChange change = found->second.sink_to(sunk_m);
-    for (ContactPatch& patch : found->second.wheel_patches) change.apply_to(patch);
 }
 
 bool ContactCoupling::update_law(CoupledBody& coupled) {
@@ -345,24 +325,20 @@ void ContactCoupling::act(const BodyWork& work) {
         return;
     }
     if (coupled.body.role == BodyRole::wheel) {
-        coupled.sunk_m = 0;
-        // Soil over a wheel of a btRaycastVehicle weighs nothing on it, nor does it hold it down:
-        // its solver knows what bears it and what it pushes.
-        coupled.wheel_patches.clear();
-        std::ranges::copy_if(work.found.patches(), std::back_inserter(coupled.wheel_patches),
-                             [this](const ContactPatch& patch) {
-                                 return dot(patch.normal, soil_->up) <= kCoupling.wheel_top_cosine;
-                             });
+        set_wheel_patches(coupled, work.found);
         return;
     }
-    if (!stays_held(work)) replace_patches(coupled, work.found.patches());
+    if (stays_held(work)) return;
+    replace_patches(coupled, work.found.patches());
+    const std::span<const PatchElement> elements = work.found.patch_elements();
+    coupled.elements.assign(elements.begin(), elements.end());
 }
 
 void ContactCoupling::replace_patches(CoupledBody& coupled, std::span<const ContactPatch> patches) {
     note_found(coupled);
     previous_patches_.swap(coupled.patches);
     coupled.patches.clear();
-    coupled.sunk_m = 0;
+    coupled.elements.clear();
     new_places_.clear();
     const Vec3 center_m = coupled.body.motion.center_of_mass_m;
     for (const ContactPatch& p : patches) {

@@ -62,7 +62,7 @@ class ContactCoupling {
     void leave_behind(double swept_most_m);
     /// Start of a substep: puts the rows of all bodies that are still there into the world.
     void open_substep() {
-        deepen();
+        follow();
         rows_.open();
     }
     /// End of a substep: reads the impulses and takes the rows out.
@@ -74,8 +74,8 @@ class ContactCoupling {
 
     /// Patches of a wheel, as of the last set_contacts; empty for an id without contact.
     std::span<const ContactPatch> wheel_patches(int body_id) const;
-    /// For a wheel, before its patches are asked for: how far it has sunk since they were found.
-    void deepen_wheel(int body_id, double sunk_m);
+    /// For a wheel, before its patches are asked for: how far it has moved since they were found.
+    void follow_wheel(int body_id, Vec3 shift_m);
     /// Normal forces that its vehicle has found for these patches.
     void set_wheel_forces(int body_id, std::span<const double> normal_n);
     const ContactSoil& soil() const { return *soil_; }
@@ -114,6 +114,7 @@ class ContactCoupling {
         };
         Kind kind = Kind::moved;
         CoupledBody* coupled = nullptr;
+        BodyMotion moved;  ///< where it is now, with its mean velocities since the last step
         std::span<const ContactVoxel> voxels;
         std::span<const int> carriers;            ///< ContactVoxel::carrier of each
         std::vector<PressedSoil> pressed_around;  ///< of pressed_, what may lie beside it
@@ -121,6 +122,10 @@ class ContactCoupling {
         BodyContact contact;
     };
     void prepare(BodyWork& work, const BodyState& body, double duration_s, bool are_unchanged);
+    /// How a body has come from where it was duration_s ago: with mean velocities. What it has at
+    /// the end of the soil's step says little of the way: it may have sunk and be about to rise.
+    static BodyMotion moved_since(const CoupledBody& coupled, const BodyState& body,
+                                  double duration_s);
     /// What other bodies know of the soil beside a body, before any of them learns more.
     void find_pressed_around(BodyWork& work) const;
     /// That and the faces of all bodies' contacts; soles beside each other are one.
@@ -148,8 +153,11 @@ class ContactCoupling {
     void list_pressed_soil();
     /// Whether the body had it already.
     bool update_law(CoupledBody& coupled);
-    /// Limits grow with the depth that bodies have sunk by since their contacts were found.
-    void deepen();
+    /// Limits follow what bodies have moved since their contacts were found.
+    void follow();
+    /// limit_shares() of a body's patches, in shares_.
+    void find_shares(const CoupledBody& coupled, size_t patch_count, Vec3 shift_m);
+    void set_wheel_patches(CoupledBody& coupled, const ContactPatches& found) const;
     /// Keeps what is known of carriers that were there before.
     void update_carriers(CoupledBody& coupled, std::span<const int> carriers);
     /// After update_carriers.
@@ -168,6 +176,7 @@ class ContactCoupling {
     std::map<int, CoupledBody> coupled_;
     SubstepRows rows_;
     bool is_late_ = false;
+    std::vector<double> shares_;
     /// The contacts of set_contacts by body, in the order of by_id_; where each body's begin.
     std::vector<ContactVoxel> by_body_;
     std::vector<int> carriers_;  ///< of by_body_

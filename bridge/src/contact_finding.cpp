@@ -56,11 +56,20 @@ void ContactCoupling::find_contact(BodyWork& work, double duration_s) const {
     if (work.kind == BodyWork::Kind::slept) {
         history = coupled.memory.recall(work.voxels, law, &threads_);
     } else {
-        history = coupled.memory.advance(work.voxels, coupled.body.motion, law, duration_s,
-                                         work.pressed_around, coupled.motions, &threads_);
+        const BodyMotion& now = coupled.body.motion;
+        std::vector<ContactMotion> relative = coupled.motions;
+        for (ContactMotion& past : relative) {
+            past.motion.linear_velocity_m_s +=
+                work.moved.linear_velocity_m_s - now.linear_velocity_m_s;
+            past.motion.angular_velocity_rad_s +=
+                work.moved.angular_velocity_rad_s - now.angular_velocity_rad_s;
+        }
+        history = coupled.memory.advance(work.voxels, work.moved, law, duration_s,
+                                         work.pressed_around, relative, &threads_);
     }
-    work.contact = work.found.find_on_faces(work.voxels, coupled.motions, law, history, &threads_,
-                                            {.mobilized = is_given(coupled.body)});
+    work.contact = work.found.find_on_faces(
+        work.voxels, coupled.motions, law, history, &threads_,
+        {.mobilized = is_given(coupled.body), .elements = !is_given(coupled.body)});
 }
 
 }  // namespace bsoil::bullet

@@ -60,22 +60,12 @@ struct Carrier {
     Vec3 motion_in(double substep_s, Vec3 offset_m) const;
 };
 
-/// How far a body has sunk since its patches were found, by the last look and by this one. The
-/// limit of soil grows in proportion to depth.
-struct SinkChange {
-    double before_m = 0, after_m = 0;
-
-    void apply_to(ContactPatch& patch) const {
-        if (!(patch.depth_m > 0)) return;
-        patch.normal_limit_n *= (patch.depth_m + after_m) / (patch.depth_m + before_m);
-    }
-};
-
 /// A body beside soil.
 struct CoupledBody {
     BodyState body;
     std::vector<CoupledPatch> patches;        ///< none for a wheel
     std::vector<ContactPatch> wheel_patches;  ///< only for a wheel
+    std::vector<PatchElement> elements;       ///< of its patches, by which their limits follow it
     std::vector<std::unique_ptr<RigidPatchConstraint>>
         rigid_rows;  ///< a pool; the first patches.size() in use
     /// By id, so the ground first; always there. And the body's motion relative to each.
@@ -95,19 +85,14 @@ struct CoupledBody {
     bool has_limits = false;
     /// Of its normal limits by bin: the mean while it slept, and what that was at first.
     std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
-    double sunk_m = 0;  ///< since its patches were found; their limits have grown by as much
     BodyReport report;
     ContactMemory memory;
     std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
     SurfaceFriction law_surface;
     bool seen = false;
+    /// As the soil's last contacts with it have seen it; none before the first.
+    std::optional<BodyMotion> met_motion;
 
-    /// Says what it means for limits that it has sunk so far since its patches were found.
-    SinkChange sink_to(double now_m) {
-        const SinkChange change{sunk_m, std::max(0.0, now_m)};
-        sunk_m = change.after_m;
-        return change;
-    }
     Carrier& carrier_of(const CoupledPatch& p) {
         return *std::find_if(carriers.begin(), carriers.end(),
                              [&p](const Carrier& c) { return c.id == p.patch.carrier; });

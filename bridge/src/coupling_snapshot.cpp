@@ -10,6 +10,7 @@
 #include "bsoil/limits.h"
 #include "bullet_stream.h"
 #include "load_bounds.h"
+#include "patch_stream.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -52,13 +53,6 @@ void list(StateStream& stream, const btDiscreteDynamicsWorld& world, BodyState& 
         (stream.good() && body.object && !can_be(world, *body.object, body.role))) {
         stream.refuse();
     }
-}
-
-void list(StateStream& stream, ContactPatch& patch) {
-    stream(patch.bin, patch.carrier, patch.point_m, patch.normal, patch.normal_limit_n,
-           patch.friction, patch.adhesion_n, patch.area_m2, patch.rebound_m, patch.depth_m,
-           patch.shear_point_m, patch.shear_share);
-    if (patch.bin < 0 || patch.bin >= kNormalBinCount || patch.depth_m < 0) stream.refuse();
 }
 
 void list(StateStream& stream, BodyReport& report) {
@@ -208,8 +202,15 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
         stream.refuse();
     }
     coupled.left.list(stream);
-    stream(coupled.sunk_m, coupled.asleep_step_count);
-    if (coupled.asleep_step_count < 0 || coupled.sunk_m < 0) stream.refuse();
+    stream.list(coupled.elements, 52, [&](PatchElement& element) { list(stream, element); });
+    const size_t patch_count = is_wheel ? coupled.wheel_patches.size() : coupled.patches.size();
+    if (!are_elements_sound(coupled.elements, patch_count)) stream.refuse();
+    bool has_met = coupled.met_motion.has_value();
+    stream(has_met);
+    if (has_met && !coupled.met_motion) coupled.met_motion.emplace();
+    if (has_met) list(stream, *coupled.met_motion);
+    stream(coupled.asleep_step_count);
+    if (coupled.asleep_step_count < 0) stream.refuse();
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
@@ -317,7 +318,8 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.patches = coupled.patches;
         copy.wheel_patches = coupled.wheel_patches;
         copy.left = coupled.left;
-        copy.sunk_m = coupled.sunk_m;
+        copy.elements = coupled.elements;
+        copy.met_motion = coupled.met_motion;
         copy.asleep_step_count = coupled.asleep_step_count;
         copy.mean_limits_n = coupled.mean_limits_n;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;

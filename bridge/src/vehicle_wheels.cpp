@@ -111,8 +111,8 @@ WheelState VehicleWheels::state_of(const Wheel& wheel, const btWheelInfo& info,
 void VehicleWheels::solve(Wheel& wheel, const btWheelInfo& info, double substep_s) {
     const WheelState state = state_of(wheel, info, substep_s);
     const auto vehicles = soil_.lock();
-    vehicles->coupling().deepen_wheel(
-        wheel.id, dot(wheel.contact_center_m - wheel.motion.center_of_mass_m, wheel.up));
+    vehicles->coupling().follow_wheel(wheel.id,
+                                      wheel.motion.center_of_mass_m - wheel.contact_center_m);
     WheelContact contact;
     contact.patches = vehicles->coupling().wheel_patches(wheel.id);
     contact.center_m = wheel.contact_center_m;

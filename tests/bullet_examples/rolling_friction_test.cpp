@@ -7,12 +7,14 @@ namespace {
 class Rollers : public Example {
   public:
     explicit Rollers(Ground ground) : Example(ground, {.side_m = 6.4, .depth_m = 0.3}) {
-        // A slope of 10 deg: below the angle of repose, and steep for a ball.
+        // A slope of 3 deg. By hand a cylinder that lies 4.5 mm deep, as these do, takes
+        // 3/4 z / sqrt(2 r z) = 0.08 of its load to roll, and tan(3 deg) is 0.052. On 10 deg,
+        // 0.176, the round ones roll away.
         if (has_soil()) {
-            fill(FunctionFill{[](Vec3 p) { return 0.4 - 0.176 * (p.x + 2.2) - p.y; }, "dry_sand"});
+            fill(FunctionFill{[](Vec3 p) { return 0.4 - 0.0524 * (p.x + 2.2) - p.y; }, "dry_sand"});
         } else {
             btRigidBody& slope = *bodies().front();
-            btTransform pose(btQuaternion(btVector3(0, 0, 1), btScalar(-0.1745)),
+            btTransform pose(btQuaternion(btVector3(0, 0, 1), btScalar(-0.0524)),
                              btVector3(0, 0.0125f, 0));
             pose.setOrigin(pose * btVector3(0, -50, 0));
             slope.setWorldTransform(pose);
@@ -46,8 +48,8 @@ class Rollers : public Example {
 
 TEST(RollingFrictionDemo, round_bodies_on_a_slope_of_sand_come_to_rest) {
     Rollers rigid(Ground::rigid), sand(Ground::sand);
-    rigid.watch(3);
-    EXPECT_GT(rigid.lowest_x_m(), 3) << "on rigid ground the round ones roll away";
+    rigid.watch(5);
+    EXPECT_GT(rigid.lowest_x_m(), 2) << "on rigid ground the round ones roll away";
     const Course on_sand = sand.watch(15);
     EXPECT_LT(on_sand.slept_s, 15);
     sand.expect_work(on_sand, 2050, 0.85);  // measured: 1,629 and 0.68

@@ -139,6 +139,28 @@ TEST(ContactMemory, remembers_how_far_a_surface_has_drawn_back) {
     EXPECT_EQ(retreat_m(0.5), kVoxel) << "parted";
 }
 
+// By hand: at x behind its axle a wheel has risen by x^2 / 2 r since it was over that soil.
+TEST(ContactMemory, a_rolling_wheel_draws_back_as_far_at_any_step) {
+    constexpr double kRadius = 0.5, kSpeed = 1;
+    for (const double step_s : {0.01, 0.04}) {
+        ContactMemory memory;
+        double retreat_m = 0;
+        for (double ahead_m = 0.07; ahead_m > -0.1; ahead_m -= kSpeed * step_s) {
+            ContactVoxel v = contact(0, 0);
+            BodyMotion wheel;
+            wheel.linear_velocity_m_s = {kSpeed, 0, 0};
+            wheel.angular_velocity_rad_s = {0, kSpeed / kRadius, 0};
+            const double sine = ahead_m / kRadius, cosine = std::sqrt(1 - sine * sine);
+            v.normal = {sine, 0, -cosine};
+            wheel.center_of_mass_m = v.position_m - kRadius * v.normal;
+            retreat_m = memory.advance({&v, 1}, wheel, law(), step_s)[0].retreat_m;
+            const double expected_m = ahead_m < 0 ? ahead_m * ahead_m / (2 * kRadius) : 0;
+            EXPECT_NEAR(retreat_m, expected_m, 0.02 * expected_m + 1e-12) << step_s;
+        }
+        EXPECT_GT(retreat_m, 0.006);
+    }
+}
+
 TEST(ContactMemory, soil_passes_from_link_to_link_with_its_shear) {
     // Two links of three voxels slide on as one plate of six, a voxel every fifth step.
     ContactMemory front, rear, plate;

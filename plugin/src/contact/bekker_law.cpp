@@ -41,8 +41,8 @@ ElementYield BekkerLaw::yield(const ContactElement& element, const ElementMotion
     const double tan_phi = std::tan(soil.friction_angle_rad);
 
     ElementYield out;
-    out.normal_limit_pa =
-        held * upright * pressure_pa(soil, bearing_width_m(element.face), depth_m);
+    out.pushed_pa = upright * pressure_pa(soil, bearing_width_m(element.face), depth_m);
+    out.normal_limit_pa = held * out.pushed_pa;
     out.friction =
         developed * (surface_.friction >= 0 ? std::min(surface_.friction, tan_phi) : tan_phi);
     if (out.normal_limit_pa > 0) out.adhesion_pa = held * developed * soil.cohesion_pa;

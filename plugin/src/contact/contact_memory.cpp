@@ -57,6 +57,23 @@ Aabb box_of(std::span<const PressedSoil> soil) {
     return box;
 }
 
+/// How far a surface has drawn back that passes over its soil for a while. Speeds along the normal
+/// go evenly from that of the surface that was there at first to that of the one that is there now:
+/// a wheel that rolls on goes down and up again within a step. before: the soil as it was, or null.
+double retreat_after(const ContactVoxel& v, const PressedSoil* before, const BodyMotion& motion,
+                     double duration_s) {
+    const Vec3 velocity = motion.velocity_at(v.position_m);
+    const double last_m_s = -dot(velocity, v.normal);
+    if (!before) return duration_s * last_m_s;
+    const Vec3 first =
+        velocity + cross(motion.angular_velocity_rad_s, duration_s * motion.linear_velocity_m_s);
+    const double first_m_s = -dot(first, before->normal);
+    const double moved_m = before->retreat_m + 0.5 * duration_s * (first_m_s + last_m_s);
+    if (first_m_s >= 0 || last_m_s <= 0) return moved_m;
+    // Since it went down furthest.
+    return std::max(moved_m, 0.5 * duration_s * last_m_s * last_m_s / (last_m_s - first_m_s));
+}
+
 /// The direction in which the soil beside a contact goes with it.
 Vec3 way_of(const ContactVoxel& v, const ContactLaw& law) {
     return looks_down(v.normal, law.up()) > law.def().looks_down_cosine ? law.up() : v.normal;
@@ -232,15 +249,14 @@ std::span<const ContactHistory> ContactMemory::advance(std::span<const ContactVo
     const auto advance_one = [&](size_t i) {
         const ContactVoxel& v = voxels[i];
         const Vec3 own = motion.velocity_at(v.position_m);
-        const Vec3 velocity =
-            relative.empty() ? own
-                             : motion_for(relative, v.carrier).motion.velocity_at(v.position_m);
+        const BodyMotion& past_soil =
+            relative.empty() ? motion : motion_for(relative, v.carrier).motion;
+        const Vec3 velocity = past_soil.velocity_at(v.position_m);
         // Soil that only brushes the body, with no depth to it or a gap before it, is not sheared.
         const bool is_pressed = v.bearing_depth_m > 0 && v.touching > 0;
         Vec3 slid = is_pressed ? duration_s * law.slide_m_s(v, velocity) : Vec3{};
-        double retreat_m = -duration_s * dot(velocity, v.normal);
         const PressedSoil* same = own_index_.find(v, law, -1, true);
-        if (same) retreat_m += same->retreat_m;
+        double retreat_m = retreat_after(v, same, past_soil, duration_s);
         const PressedSoil* others =
             around_index_.find(v, law, law.def().same_contact_cosine, false);
         if (others && (!same || length(others->slid_m) > length(same->slid_m))) same = others;

@@ -46,7 +46,6 @@ struct alignas(64) PatchSum {
     double adhesion_n = 0;
     double area_m2 = 0;
     double rebound_n_m = 0;          ///< sum of limit times rebound
-    double growth_n_1_m = 0;         ///< sum of limit over depth
     double shear_n = 0;              ///< sum of shear limits
     Vec3 slide_n;                    ///< sum of shear limit times direction of sliding
     Vec3 slide_n_m;                  ///< its torque about the centre of mass
@@ -139,7 +138,8 @@ class CarrierPatches {
     }
     /// area_m2: of the voxel's that touches soil. Patches are summed by themselves.
     void add(const ContactVoxel& v, int patch, const ElementYield& yield, double area_m2) {
-        const double limit_n = yield.normal_limit_pa * area_m2;
+        const double limit_n =
+            std::max(yield.normal_limit_pa, kDrawnBackShare * yield.pushed_pa) * area_m2;
         PatchSum& sum = sums_[patch];
         sum.limit_force_n += limit_n * v.normal - area_m2 * yield.drag_pa;
         sum.weighted_point += limit_n * v.position_m;
@@ -148,7 +148,6 @@ class CarrierPatches {
         sum.adhesion_n += area_m2 * yield.adhesion_pa;
         sum.area_m2 += area_m2;
         sum.rebound_n_m += limit_n * rebound_m(bearing_depth_of(v, up_), law_);
-        sum.growth_n_1_m += limit_n / std::max(v.bearing_depth_m, depth_least_m_);
         const double shear_n = limit_n * yield.friction + area_m2 * yield.adhesion_pa;
         const Vec3 arm = v.position_m - motion_.motion.center_of_mass_m;
         sum.shear_n += shear_n;
@@ -163,24 +162,33 @@ class CarrierPatches {
             sum.twists_n_m[k] += limit_n * n[k] * twist;
         }
     }
-    void append_to(std::vector<ContactPatch>& patches) const {
+    void append_to(std::vector<ContactPatch>& patches) {
         for (int i = 0; i < kPatchCapacity; ++i) {
             const PatchSum& sum = sums_[i];
             const double limit_n = length(sum.limit_force_n);
+            places_[i] = limit_n > 0 ? static_cast<int>(patches.size()) : kNoPatch;
             if (!(limit_n > 0)) continue;
             patches.push_back({.bin = i / kQuadrantCount,
                                .carrier = motion_.carrier,
                                .point_m = sum.weighted_point * (1 / sum.limit_n),
                                .normal = sum.limit_force_n * (1 / limit_n),
                                .normal_limit_n = limit_n,
+                               .found_limit_n = limit_n,
                                .friction = sum.friction_n / sum.limit_n,
                                .adhesion_n = sum.adhesion_n,
                                .area_m2 = sum.area_m2,
                                .rebound_m = std::max(0.0, sum.rebound_n_m / sum.limit_n),
-                               .depth_m = sum.limit_n / sum.growth_n_1_m,
                                .shear_point_m = {}});
             place_shear(sum, motion_.direction, law_.creep, patches.back());
         }
+    }
+
+    /// Once they are appended: adds an element of the patch's, if there is one.
+    void add_element(const ContactVoxel& v, int patch, double pushed_n, double retreat_m,
+                     std::vector<PatchElement>& elements) const {
+        if (places_[patch] == kNoPatch || !(pushed_n > 0)) return;
+        const double depth_m = std::max(bearing_depth_of(v, up_), depth_least_m_);
+        elements.push_back({places_[patch], v.normal, pushed_n, depth_m, retreat_m});
     }
 
   private:
@@ -192,6 +200,7 @@ class CarrierPatches {
     const ContactLawDef& law_;
     std::array<Vec3, kNormalBinCount> centroid_{};
     std::array<PatchSum, kPatchCapacity> sums_{};
+    std::array<int, kPatchCapacity> places_{};  ///< among the patches, or kNoPatch
 };
 
 }  // namespace
@@ -293,6 +302,7 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
                                           std::span<const ContactHistory> history,
                                           const WorkThreads* threads, const ContactAsk& ask) {
     patches_.clear();
+    patch_elements_.clear();
     const double element_m = std::max(law.voxel_m(), ask.apart_m);
     find_elements(voxels, motions, law, history, threads, ask);
 
@@ -340,11 +350,21 @@ BodyContact ContactPatches::find_on_faces(std::span<const ContactVoxel> voxels,
             }
         });
         sums.append_to(patches_);
+        for (size_t k = 0; ask.elements && k < by_bin_.size(); ++k) {
+            if (patch_of_[k] == kNoPatch) continue;
+            const uint32_t i = by_bin_[k];
+            const Element& element = elements_[i];
+            sums.add_element(voxels[i], patch_of_[k], element.yield.pushed_pa * element.area_m2,
+                             history.empty() ? 0 : history[i].retreat_m, patch_elements_);
+        }
     }
     const BodyContact contact = total.contact(voxels, law.up());
     // The flux of momentum into faces above the surface holds nothing in the air: before any face
     // has reached the soil a body falls as if there were none.
-    if (!(contact.depth_m > 0)) patches_.clear();
+    if (!(contact.depth_m > 0)) {
+        patches_.clear();
+        patch_elements_.clear();
+    }
     return contact;
 }
 

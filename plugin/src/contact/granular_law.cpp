@@ -415,7 +415,8 @@ ElementYield GranularLaw::yield(const ContactElement& element, const ElementMoti
 
     ElementYield out;
     out.area_share = area_share_of(contact, soil.friction_angle_rad, def(), up);
-    out.normal_limit_pa = held * (xi_depth * dragged + cohesive_pa + inertial_pa);
+    out.pushed_pa = xi_depth * dragged + cohesive_pa + inertial_pa;
+    out.normal_limit_pa = held * out.pushed_pa;
 
     out.friction = rubbing.friction;
     out.slide = rubbing.slide;

@@ -22,7 +22,7 @@ ElementYield load_side_yield(const ContactSoil& soil, const ContactVoxel& contac
         (rest_pressure_factor(phi) * std::tan(phi) * weight_n_m3 * depth_m / 2 + cohesion_pa);
     const double rise = dot(motion.share, contact.normal), creep = soil.law.creep;
     ElementYield out;
-    out.normal_limit_pa =
+    out.pushed_pa = out.normal_limit_pa =
         held_n_m / soil.voxel_m * (creep + std::max(rise, 0.0)) / (creep + length(motion.share));
     if (motion.asks_mobilized && rise > creep) {
         out.mobilized_pa = -out.normal_limit_pa * contact.normal;

@@ -69,7 +69,8 @@ ElementYield PlainLaw::yield(const ContactElement& element, const ElementMotion&
     const Vec3 push = slide + (std::max(approach, 0.0) + creep) * n;
     const Vec3 pushed = resistive_stress(n, push * (1 / length(push)), up(), friction);
     const double normal = std::max(0.0, -dot(pushed, n));
-    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * xi_depth * normal;
+    out.pushed_pa = xi_depth * normal;
+    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * out.pushed_pa;
     const double slid = sliding / (sliding + creep);
     // What a row along the sliding can give is the shear against it. The rest comes with the normal
     // force: in front of a wheel that rolls resistive force theory drags the rim along with its

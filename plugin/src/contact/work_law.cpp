@@ -121,7 +121,8 @@ ElementYield WorkLaw::yield(const ContactElement& element, const ElementMotion& 
     out.area_share = area_share_of(contact, sand.friction_angle_rad, def(), up());
     // As PlainLaw: a creep along the normal makes the limit of an element at rest that of a push.
     const Rubbed rubbed = rubbed_by(path, n, up(), std::max(approach, 0.0) + creep, slide, creep);
-    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * work_pa * rubbed.share;
+    out.pushed_pa = work_pa * rubbed.share;
+    out.normal_limit_pa = unloaded_share(depth_m, memory.retreat_m, def()) * out.pushed_pa;
     const double against = sliding > 0 ? std::max(0.0, -dot(rubbed.shear, slide) / sliding) : 0;
     const double moving = length(motion) / (length(motion) + creep);
     out.drag_pa = (out.normal_limit_pa * moving) * rubbed.shear;

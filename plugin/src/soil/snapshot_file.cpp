@@ -24,7 +24,7 @@ namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
 // 24: where Bullet has left the bodies that soil holds.
-constexpr uint32_t kVersion = 24;
+constexpr uint32_t kVersion = 25;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

@@ -58,6 +58,7 @@ struct ContactHistory {
 struct ElementYield {
     double normal_limit_pa =
         0;  ///< largest normal stress the soil can give the element if it is pushed in
+    double pushed_pa = 0;    ///< what that would be if the element had not drawn back
     double friction = 0;     ///< shear over normal stress while sliding as it does
     double adhesion_pa = 0;  ///< shear stress besides
     /// Shear that comes with the normal stress and no friction against the sliding can give: it

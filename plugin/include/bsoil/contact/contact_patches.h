@@ -11,6 +11,7 @@
 #include "bsoil/contact/contact_faces.h"
 #include "bsoil/contact/contact_law.h"
 #include "bsoil/contact/contact_motion.h"
+#include "bsoil/contact/patch_elements.h"
 #include "bsoil/work_threads.h"
 
 #pragma GCC visibility push(default)
@@ -28,11 +29,11 @@ struct ContactPatch {
     Vec3 point_m;      ///< where its force acts: mean of the voxels, weighted by their limits
     Vec3 normal;       ///< unit, out of the body; of the sum of the voxels' limit forces
     double normal_limit_n = 0;  ///< length of that sum: the push at which the soil yields
+    double found_limit_n = 0;   ///< the same as the soil's step has found it, see limit_shares()
     double friction = 0;        ///< mean, weighted by the limits
     double adhesion_n = 0;      ///< shear force that it takes without any normal force
     double area_m2 = 0;         ///< of its voxels (area times fill)
     double rebound_m = 0;       ///< how far its soil follows a body that lifts; mean by the limits
-    double depth_m = 0;         ///< its normal limit grows by 1 / depth_m a metre as the body sinks
     /// Where its shear force acts. A wheel's patch slides along an arc and a ring's in a circle:
     /// the force that all voxels' shear together has its line outside of the voxels' mean.
     Vec3 shear_point_m;
@@ -46,6 +47,8 @@ struct ContactAsk {
     /// The mobilized parts of BodyContact; else they stay zero. A body whose motion is solved for
     /// has no use for them.
     bool mobilized = true;
+    /// ContactPatches::patch_elements(), of a body whose limits follow it between the soil's steps.
+    bool elements = false;
 };
 
 /// All of a body's contact with the soil. World axes.
@@ -85,6 +88,8 @@ class ContactPatches {
     ContactFaces& faces() { return faces_; }
     /// Of the last find().
     std::span<const ContactPatch> patches() const { return patches_; }
+    /// What they are made of, where that was asked for.
+    std::span<const PatchElement> patch_elements() const { return patch_elements_; }
 
   private:
     /// What an element gives, and on which part of its area.
@@ -117,6 +122,7 @@ class ContactPatches {
     std::vector<int8_t> patch_of_;
     std::array<size_t, kNormalBinCount + 1> bin_starts_{};
     std::vector<ContactPatch> patches_;
+    std::vector<PatchElement> patch_elements_;
 };
 
 /// The same of a body on the ground alone, once. `patches` is overwritten.
