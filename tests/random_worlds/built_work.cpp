@@ -107,8 +107,9 @@ void BuiltWorld::add_contact_work() {
     }
 }
 
-/// What soil has done on bodies by changing its own speed, without its weight: no more than
-/// sources have given it. What wind gives it has no bound.
+/// What soil has done on bodies by changing its own speed, without its weight: no more than it has
+/// from sources, or by falling from where it was filled into the air. What wind gives it has no
+/// bound.
 void BuiltWorld::add_poured_work(double substep_s) {
     double brought_j = 0;
     for (size_t i = 0; i < soils_.size(); ++i) {
@@ -120,9 +121,16 @@ void BuiltWorld::add_poured_work(double substep_s) {
             has_source = true;
             fastest_m_s = std::max(fastest_m_s, flow.source.speed_m_s);
         }
-        if (!has_source) continue;
         const Soil& soil = soils_[i]->soil();
         const double height_m = soil.frame().voxel_m * soil.frame().size[2];
+        for (const FillPlan& fill : plan_.soils[i].fills) {
+            if (fill.dropped || !fill.is_hanging) continue;
+            const Vec3 size_m = fill.high_m - fill.low_m;
+            const MaterialDef& material = plan_.soils[i].def.materials[fill.material];
+            brought_j +=
+                size_m.x * size_m.y * size_m.z * material.density_kg_m3 * gravity_m_s2() * height_m;
+        }
+        if (!has_source) continue;
         const SoilTotals totals = soil.totals();
         for (size_t m = 0; m < totals.units.size(); ++m) {
             if (totals.units[m] <= 0) continue;

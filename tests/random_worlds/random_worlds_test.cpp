@@ -110,6 +110,11 @@ TEST(SlowRandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
     expect_all_holds(971272, 971272, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// Soil that was filled into the air falls along with a capsule, and a little faster: 22 J.
+TEST(RandomWorlds, gain_energy_from_soil_that_falls_with_them) {
+    expect_all_holds(2020070, 2020070, Run::watched, PlanKind::any);
+}
+
 // A body that has left the soil and falls on the floor below. A chain whose swing Bullet's steps
 // are too long for.
 TEST(SlowRandomWorlds, have_no_energy_of_what_left_or_swings_coarsely) {
