@@ -62,12 +62,12 @@ void list(StateStream& stream, BodyReport& report) {
 
 void list(StateStream& stream, SoilWheelReport& report) {
     stream(report.is_on_soil, report.normal_force_n, report.traction_n, report.side_force_n,
-           report.sinkage_m, report.spin_rad_s, report.slip);
+           report.torque_n_m, report.sinkage_m, report.spin_rad_s, report.slip);
 }
 
 void list(StateStream& stream, WheelForces& forces) {
     stream(forces.rise_m_s, forces.spin_rad_s, forces.normal_n, forces.forward_n, forces.side_n,
-           forces.strut_n, forces.is_at_end);
+           forces.torque_n_m, forces.strut_n, forces.is_at_end);
 }
 
 void list(StateStream& stream, WheelMemory& wheel) {

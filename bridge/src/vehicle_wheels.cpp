@@ -410,6 +410,7 @@ void VehicleWheels::close_substep() {
                         .normal_force_n = wheel.forces.normal_n,
                         .traction_n = wheel.forces.forward_n,
                         .side_force_n = wheel.forces.side_n,
+                        .torque_n_m = wheel.forces.torque_n_m,
                         .sinkage_m = vehicles ? vehicles->coupling().report(wheel.id).sinkage_m : 0,
                         .spin_rad_s = wheel.spin_rad_s,
                         .slip = slip_of(rim_m_s, speed_m_s)};

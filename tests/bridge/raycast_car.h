@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "bsoil/bullet/soil_raycaster.h"
 #include "bullet_scene.h"
 
 namespace bsoil::bullet {
@@ -60,5 +61,12 @@ struct Car {
     double x() const { return static_cast<double>(chassis.getWorldTransform().getOrigin().x()); }
     double speed() const { return static_cast<double>(chassis.getLinearVelocity().x()); }
 };
+
+/// Over a car's wheels.
+inline double sum_of(const SoilRaycaster& caster, double SoilWheelReport::*field) {
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) sum += caster.wheel_report(i).*field;
+    return sum;
+}
 
 }  // namespace bsoil::bullet

@@ -49,12 +49,6 @@ btVector3 above_soil(double x) {
     return {btScalar(x), btScalar(kSurfaceM) + kRadiusM + kRestM + 0.2f, 0};
 }
 
-double sum_of(const SoilRaycaster& caster, double SoilWheelReport::*field) {
-    double sum = 0;
-    for (int i = 0; i < 4; ++i) sum += caster.wheel_report(i).*field;
-    return sum;
-}
-
 /// A car whose wheels meet the sand of a bed.
 struct CarOnSand {
     BulletScene scene;
@@ -359,6 +353,20 @@ TEST(RaycastVehicle, asleep_its_wheels_stand_and_so_does_the_soil) {
     on.car.chassis.activate();
     run(1);
     EXPECT_GT(on.caster.wheel_report(0).spin_rad_s, 0.5);
+}
+
+TEST(RaycastVehicle, driven_wheels_report_their_engines_torque) {
+    CarOnSand on(800, -3);
+    on.car.drive(2500);
+    on.scene.run(1);
+    double mean_n_m = 0;
+    const double spin_rad_s = sum_of(on.caster, &SoilWheelReport::spin_rad_s);
+    for (int i = 0; i < 60; ++i, on.scene.run(1.0 / 60)) {
+        mean_n_m += sum_of(on.caster, &SoilWheelReport::torque_n_m) / 60;
+    }
+    // Less what spins the wheels up, discs of 20 kg.
+    const double gained_rad_s = sum_of(on.caster, &SoilWheelReport::spin_rad_s) - spin_rad_s;
+    EXPECT_NEAR(mean_n_m, kRadiusM * (10 * kRadiusM * gained_rad_s - 2500), 0.03 * 1000);
 }
 
 TEST(RaycastVehicle, falls_through_soil_that_is_off) {

@@ -40,8 +40,9 @@ uint64_t TestWorld::checksum() const {
             car->vehicle->getCurrentSpeedKmHour()};
         hash = add(hash, of_vehicle, sizeof(of_vehicle));
         const SoilWheelReport report = caster->wheel_report(i);
-        const double of_soil[] = {report.normal_force_n, report.traction_n, report.side_force_n,
-                                  report.sinkage_m,      report.spin_rad_s, report.slip};
+        const double of_soil[] = {
+            report.normal_force_n, report.traction_n, report.side_force_n, report.torque_n_m,
+            report.sinkage_m,      report.spin_rad_s, report.slip};
         hash = add(hash, of_soil, sizeof(of_soil));
     }
     return hash;

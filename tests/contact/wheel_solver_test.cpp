@@ -73,5 +73,23 @@ TEST(WheelSolver, a_wheel_at_the_end_of_its_strut_goes_down_with_the_chassis) {
     EXPECT_NEAR(forces.rise_m_s, -kFallMS, 0.01 * kFallMS);
 }
 
+// Nothing but the soil turns it: a disc has half of m r2.
+TEST(WheelSolver, torque_of_the_soil_is_what_turns_a_free_wheel) {
+    constexpr double kSubstepS = 1.0 / 240;
+    const double inertia_kg_m2 = 0.5 * 0.1 * kRadiusM * kRadiusM;
+    for (const double spin_rad_s : {40.0, -40.0}) {
+        WheelState wheel = wheel_at_its_end();
+        wheel.spin_rad_s = spin_rad_s;
+        std::vector<double> patch_normal_n;
+        const std::vector<ContactPatch> patches = patches_under(wheel);
+        WheelContact contact;
+        contact.patches = patches;
+        const WheelForces forces = solve_wheel(wheel, contact, kSubstepS, patch_normal_n);
+        EXPECT_LT(forces.torque_n_m * spin_rad_s, 0) << "against the spin";
+        EXPECT_NEAR(forces.torque_n_m, inertia_kg_m2 * (forces.spin_rad_s - spin_rad_s) / kSubstepS,
+                    1e-9 * std::abs(forces.torque_n_m));
+    }
+}
+
 }  // namespace
 }  // namespace bsoil::wheel_solver_test

@@ -140,6 +140,7 @@ bullet::BodyReport RaycastVehicle::wheel_report(int wheel) const {
     const Vec3 axle = across * (1 / length(across));
     out.force_n = report.normal_force_n * strut + report.traction_n * cross(strut, axle) +
                   report.side_force_n * axle;
+    out.torque_n_m = -report.torque_n_m * axle;
     out.peak_force_n = length(out.force_n);
     return out;
 }

@@ -164,7 +164,9 @@ WheelForces solve_wheel(const WheelState& wheel, const WheelContact& contact, do
     patch_normal_n.clear();
     for (const PatchRows& patch : patches) {
         for (int k = 0; k < 3; ++k) {
-            force_n += patch.rows[k].impulse / substep_s * patch.directions[k];
+            const double row_n = patch.rows[k].impulse / substep_s;
+            force_n += row_n * patch.directions[k];
+            out.torque_n_m += row_n * patch.rows[k].jacobian[kSpin];
         }
         patch_normal_n.push_back(patch.rows[0].impulse / substep_s);
     }

@@ -28,8 +28,11 @@ struct SoilWheelReport {
     double normal_force_n = 0;  ///< of the soil on the wheel, along the strut
     double traction_n = 0;      ///< forward: thrust less motion resistance
     double side_force_n = 0;    ///< along the axle
-    double sinkage_m = 0;       ///< of the deepest contact below the local surface
-    double spin_rad_s = 0;      ///< positive: rolls forward
+    /// Of the soil about the axle, positive: it turns the wheel forward. A wheel that is driven at
+    /// a steady spin has its engine's torque here, with the sign turned.
+    double torque_n_m = 0;
+    double sinkage_m = 0;   ///< of the deepest contact below the local surface
+    double spin_rad_s = 0;  ///< positive: rolls forward
     /// Of the rim against the ground: 1 - v / (R spin) when driven, R spin / v - 1 when braked;
     /// -1..1, positive: spins
     double slip = 0;

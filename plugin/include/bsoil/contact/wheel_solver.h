@@ -42,7 +42,8 @@ struct WheelContact {
 struct WheelForces {
     double rise_m_s = 0, spin_rad_s = 0;
     double normal_n = 0, forward_n = 0, side_n = 0;  ///< of the soil on the wheel
-    double strut_n = 0;                              ///< of the strut on the chassis
+    double torque_n_m = 0;   ///< of the soil about the axle; positive: it turns the wheel forward
+    double strut_n = 0;      ///< of the strut on the chassis
     bool is_at_end = false;  ///< the strut is at its full length and pulls the wheel along
 };
 
