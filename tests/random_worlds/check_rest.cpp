@@ -65,20 +65,6 @@ std::map<const btCollisionObject*, Vec3> contact_impulses(btDispatcher& dispatch
     return sums;
 }
 
-/// Rigid ground that leans by more than this sine holds a wheel by its friction as well, and of
-/// that Bullet tells nothing. Ours: what it may bear of a load stays below half of the tolerance.
-constexpr double kLevelSine = 0.01;
-
-/// Whether a wheel of this car stands on rigid ground that leans.
-bool stands_on_rigid_slope(const BuiltWorld::Car& car, Vec3 up) {
-    for (int i = 0; i < car.vehicle->getNumWheels(); ++i) {
-        const auto& ray = car.vehicle->getWheelInfo(i).m_raycastInfo;
-        if (!ray.m_isInContact || car.caster->wheel_report(i).is_on_soil) continue;
-        if (length(cross(from_bullet(ray.m_contactNormalWS), up)) > kLevelSine) return true;
-    }
-    return false;
-}
-
 /// Whether it touches anything but soil.
 bool touches_others(btDispatcher& dispatcher, const btCollisionObject& object) {
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
@@ -252,7 +238,7 @@ class RestCheck final : public Check {
                 forces = {};
                 forces.woke_s = world.time_s();
             }
-            forces.is_whole = !is_car || !stands_on_rigid_slope(*car, world.up());
+            forces.is_whole = !is_car || tells_its_weight(*car, world.up());
             // Bullet gives bodies their weight at the start of a frame: what wakes within it has
             // none until the next.
             if (!part.is_asleep && forces.woke_s == world.time_s()) continue;

@@ -56,6 +56,33 @@ Vec3 force_on_wheel_n(const bullet::SoilWheelReport& wheel, const btWheelInfo& i
            wheel.side_force_n * from_bullet(axle);
 }
 
+/// Rigid ground that leans by more than this sine holds a wheel by its friction as well, and of
+/// that Bullet tells nothing. Ours: what it may bear of a load stays below half of the tolerance.
+constexpr double kLevelSine = 0.01;
+
+/// Whether a wheel of this car stands on rigid ground that leans.
+bool stands_on_rigid_slope(const BuiltWorld::Car& car, Vec3 up) {
+    for (int i = 0; i < car.vehicle->getNumWheels(); ++i) {
+        const auto& ray = car.vehicle->getWheelInfo(i).m_raycastInfo;
+        if (!ray.m_isInContact || car.caster->wheel_report(i).is_on_soil) continue;
+        if (length(cross(from_bullet(ray.m_contactNormalWS), up)) > kLevelSine) return true;
+    }
+    return false;
+}
+
+/// Whether a strut of this car is as short as it gets: what soil pushes against its end with, the
+/// chassis does not feel.
+bool has_strut_at_its_end(const BuiltWorld::Car& car) {
+    for (int i = 0; i < car.vehicle->getNumWheels(); ++i) {
+        const btWheelInfo& wheel = car.vehicle->getWheelInfo(i);
+        const btScalar travel_m = 0.01f * wheel.m_maxSuspensionTravelCm;  // as Bullet has it
+        const btScalar left_m =
+            wheel.m_raycastInfo.m_suspensionLength - (wheel.getSuspensionRestLength() - travel_m);
+        if (wheel.m_raycastInfo.m_isInContact && left_m < 0.01f * travel_m) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 std::vector<LinkMotion> link_motions(const btMultiBody& m) {
@@ -161,6 +188,10 @@ Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
         }
     }
     return sum;
+}
+
+bool tells_its_weight(const BuiltWorld::Car& car, Vec3 up) {
+    return !stands_on_rigid_slope(car, up) && !has_strut_at_its_end(car);
 }
 
 int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m) {

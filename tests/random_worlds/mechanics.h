@@ -36,6 +36,9 @@ double height_m(const BuiltWorld& world, Vec3 world_m);
 /// carries and the push of what falls on it: what bears it [N].
 Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object);
 double load_kg(const BuiltWorld& world, const btCollisionObject& object);
+/// Whether the forces on a car that stands add up to its weight: none of them is left out.
+bool tells_its_weight(const BuiltWorld::Car& car, Vec3 up);
+
 /// The index of the soil over whose grid a point lies, -1: none. `margin_m` within its sides.
 int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m);
 
