@@ -181,8 +181,13 @@ class RestCheck final : public Check {
         for (const MovingPart& part : moving_parts(world)) {
             if (part.is_asleep) continue;
             // What has left the soil may roll on. Two balls whose common middle is below both
-            // rock for good on a plane beside the soil, and dip into it.
-            if (soil_below(world, part.pose.position, 0) < 0) {
+            // rock for good on a plane beside the soil, and dip into it. So may what no soil acts
+            // on: in world 2041029 three balls turn between a heightfield and a plane.
+            const bool feels_soil =
+                std::ranges::any_of(soils, [&part](const bullet::SoilAction* soil) {
+                    return !soil->options(*part.object).coverage_only;
+                });
+            if (!feels_soil || soil_below(world, part.pose.position, 0) < 0) {
                 for (const bullet::SoilAction* soil : soils) {
                     if (reaches_into(*soil, *part.object)) stirred.insert(soil);
                 }
