@@ -287,34 +287,56 @@ bool is_scant(IN(Parcel) parcel, int weight) {
            (mul_q16(parcel.volume, weight / 8) < kShareLeast || mul_q16(parcel.mass, weight / 8) < params.material_count);
 }
 
-// Whether no share of a parcel that drifts can leave its voxel: each is too little, or of thin soil barred. Thick soil that a wall
-// bars gets on once it is a little faster, if no air keeps it from that.
-bool hangs(int slot, IN(Parcel) parcel, ivec3 weight, ivec3 side) {
-    if (!is_scant(parcel, weight.x) && !is_scant(parcel, weight.y) && !is_scant(parcel, weight.z)) return false;
+// Axes along which a parcel that falls goes by whole voxels, by chance; bit k for axis k. All where it is a crumb, or no share can
+// leave its voxel: each is too little, or of thin soil barred. The vertical alone where shares go aside and none comes down: wind
+// blew soil to a ledge again and again, which slid back from there. Thick soil gets on once it is a little faster, if no air keeps
+// it from that.
+CONST_INT(kAllAxes, 7)
+CONST_INT(kVertical, 4)
+int axes_by_chance(int slot, IN(Parcel) parcel, ivec3 weight, ivec3 side) {
+    if (parcel.volume <= kWholeMost) return kAllAxes;
+    if (!is_scant(parcel, weight.x) && !is_scant(parcel, weight.y) && !is_scant(parcel, weight.z)) return 0;
+    int given = 0;
+    bool leaves = false;
     for (int corner = 1; corner < 8; ++corner) {
         if (corner_share(weight, corner_pick(corner), parcel.volume, parcel.mass) == 0) continue;
-        if (parcel.volume > kPacingLeast && !is_slowed_by_air(parcel.voxel)) return false;
+        if (parcel.volume > kPacingLeast && !is_slowed_by_air(parcel.voxel)) return 0;
+        given = given | corner;
+        if (leaves) continue;
         ivec3 step = corner_pick(corner) * side;
         int to = voxel_at(slot, parcel.at.x + step.x, parcel.at.y + step.y, parcel.at.z + step.z);
-        if (!is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) return false;
+        leaves = !is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun);
     }
-    return true;
+    return leaves ? kVertical - (given & kVertical) : kAllAxes;
 }
 
-// Stops a parcel that goes a whole voxel along an axis where something bars that step: its momentum along that axis goes to what
-// bars it, and `lost` grows by it. Whether it does.
-bool stops_at_wall(int slot, ivec3 step, INOUT(Parcel) parcel, INOUT(ivec3) lost) {
+// Stops a parcel where something bars a step of whole voxels: its momentum along these axes goes to what bars it, and `lost` grows
+// by it. Whether it does.
+bool stops_at_wall(int slot, ivec3 step, ivec3 axes, INOUT(Parcel) parcel, INOUT(ivec3) lost) {
     if (step.x == 0 && step.y == 0 && step.z == 0) return false;
     ivec3 target = parcel.at + step;
     int to = voxel_at(slot, target.x, target.y, target.z);
     if (!is_locked(parcel.voxel, to, step, parcel.out_way, parcel.overrun)) return false;
-    ivec3 held = parcel.momentum * abs(step);
+    ivec3 held = parcel.momentum * axes;
     ivec3 bound = momentum_with_wall(slot, parcel.at, parcel.mass, target, to);
     ivec3 taken = held - ivec3(towards(held.x, bound.x), towards(held.y, bound.y), towards(held.z, bound.z));
     take_at_wall(to, taken);
     parcel.momentum = parcel.momentum - taken;
     lost = lost + taken;
     return true;
+}
+
+// Which axes a parcel goes along by whole voxels, of those by chance: what bars one of them stops it along that one. Where only
+// the corner is barred it has met an edge, and comes down before it: what the wind drives onto a ledge by a voxel in each step
+// met that edge whenever it fell, stopped there, and never came down.
+ivec3 whole_step(int slot, ivec3 wanted, INOUT(Parcel) parcel, INOUT(ivec3) lost) {
+    ivec3 step = wanted;
+    if (stops_at_wall(slot, ivec3(step.x, 0, 0), ivec3(1, 0, 0), parcel, lost)) step.x = 0;
+    if (stops_at_wall(slot, ivec3(0, step.y, 0), ivec3(0, 1, 0), parcel, lost)) step.y = 0;
+    if (stops_at_wall(slot, ivec3(0, 0, step.z), ivec3(0, 0, 1), parcel, lost)) step.z = 0;
+    ivec3 level = ivec3(abs(step.x), abs(step.y), 0);
+    if (step.z != 0 && stops_at_wall(slot, step, level, parcel, lost)) step = ivec3(0, 0, step.z);
+    return step;
 }
 
 // Shares a parcel out over the seven voxels that it overlaps beside its own, thesis (13) to (16). Returns the momentum it loses.
@@ -324,14 +346,12 @@ ivec3 spread_soil(int slot, IN(Parcel) given, ivec3 drift) {
     ivec3 side = ivec3(drift.x < 0 ? -1 : 1, drift.y < 0 ? -1 : 1, drift.z < 0 ? -1 : 1);
     // Thin soil that falls slowly, or along a wall that wind presses it to, goes as crumbs do. They keep what they have along a
     // wall: one that wind pressed into a corner lost there what it fell with, again and again, and hardly came down.
-    bool goes_whole = parcel.falls && (parcel.volume <= kWholeMost || hangs(slot, parcel, weight, side));
+    int by_chance = parcel.falls ? axes_by_chance(slot, parcel, weight, side) : 0;
     ivec3 lost = ivec3(0);
-    if (goes_whole) {
-        weight = abs(whole_voxels(drift, grid_voxel(slot, parcel.at.x, parcel.at.y, parcel.at.z)));
-        ivec3 step = weight / kVoxelFull * side;
-        if (stops_at_wall(slot, ivec3(step.x, 0, 0), parcel, lost)) weight.x = 0;
-        if (stops_at_wall(slot, ivec3(0, step.y, 0), parcel, lost)) weight.y = 0;
-        if (stops_at_wall(slot, ivec3(0, 0, step.z), parcel, lost)) weight.z = 0;
+    if (by_chance != 0) {
+        ivec3 pick = corner_pick(by_chance);
+        ivec3 whole = whole_voxels(drift, grid_voxel(slot, parcel.at.x, parcel.at.y, parcel.at.z)) / kVoxelFull;
+        weight = weight * (ivec3(1) - pick) + abs(whole_step(slot, whole * pick, parcel, lost)) * kVoxelFull;
     }
     // First who gets any: so lanes that run together give together, each to its own next corner.
     int left = 0;
@@ -375,8 +395,9 @@ void advect_voxel(int slot, ivec3 at, int voxel, int support, ivec3 momentum, IN
         parcel.falls = support == kSupportNone;
         parcel.out_way = is_caught(voxel) ? way_out(slot, at, voxel, parcel.overrun) : ivec3(0);
         lost = spread_soil(slot, parcel, drift);
-    } else if (gained.x == 0 && gained.y == 0 && gained.z == 0) {
-        return;
+    } else if (gained.x == 0 && gained.y == 0 && gained.z == 0 &&
+               (support != kSupportNone || largest_component(motion.drift) == 0)) {
+        return;  // what falls at its fall speed gains nothing, and waits for its chance awake
     }
     add_momentum(voxel, saturated(gained, -lost));
     mark_moved(voxel, voxel);

@@ -188,26 +188,41 @@ Field advect(const Model& model, const Field& before, std::span<const Body> bodi
                 return is_speck(part) || (goes_no_faster && locked(out, x, y, z, part));
             });
         const bool falls = voxel.support.kind != Support::Kind::body;
-        if (voxel.soil <= model.crumb || (falls && hangs)) {
-            Vec3 whole = whole_voxels(model, drift, x, y, z);
-            // A wall that bars an axis takes the momentum along it and no other.
-            for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
-                Vec3 step;
-                step.*axis = whole.*axis;
-                const Overlap part{nearest(step.x), nearest(step.y), nearest(step.z), 1};
-                if (!falls || step.*axis == 0 || !locked(out, x, y, z, part)) continue;
-                const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
-                Vec3 with_wall;
-                if (recedes(model, before, bodies, nx, ny, nz)) {
-                    const int owner = before.at(nx, ny, nz).owner;
-                    with_wall = mass * bodies[static_cast<size_t>(owner)].velocity_at(x, y, z);
-                }
-                const double kept = towards(momentum, with_wall).*axis;
-                origin.momentum.*axis += kept - momentum.*axis;
-                momentum.*axis = kept;
-                whole.*axis = 0;
+        const bool goes_whole = voxel.soil <= model.crumb || (falls && hangs);
+        // Where shares go aside and none comes down the vertical goes so alone.
+        const bool comes_down = std::any_of(parts.begin(), parts.end(), [&](const Overlap& part) {
+            return part.dz != 0 && !is_speck(part);
+        });
+        const bool falls_whole = goes_whole || (falls && may_hang && goes_no_faster && !comes_down);
+        // What bars a step of whole voxels takes the momentum along these axes. Whether it does.
+        const auto stops = [&](Vec3 step, Vec3 axes) {
+            const Overlap part{nearest(step.x), nearest(step.y), nearest(step.z), 1};
+            if (!falls || length(step) == 0 || !locked(out, x, y, z, part)) return false;
+            const int nx = x + part.dx, ny = y + part.dy, nz = z + part.dz;
+            Vec3 with_wall;
+            if (recedes(model, before, bodies, nx, ny, nz)) {
+                const int owner = before.at(nx, ny, nz).owner;
+                with_wall = mass * bodies[static_cast<size_t>(owner)].velocity_at(x, y, z);
             }
-            parts = overlaps(whole);
+            const Vec3 kept = towards(momentum, with_wall);
+            const Vec3 taken{axes.x * (momentum.x - kept.x), axes.y * (momentum.y - kept.y),
+                             axes.z * (momentum.z - kept.z)};
+            origin.momentum += -taken;
+            momentum += -taken;
+            return true;
+        };
+        const Vec3 drawn = whole_voxels(model, drift, x, y, z);
+        Vec3 step{goes_whole ? drawn.x : 0, goes_whole ? drawn.y : 0, falls_whole ? drawn.z : 0};
+        if (stops({step.x, 0, 0}, {1, 0, 0})) step.x = 0;
+        if (stops({0, step.y, 0}, {0, 1, 0})) step.y = 0;
+        if (stops({0, 0, step.z}, {0, 0, 1})) step.z = 0;
+        // Before an edge it comes down.
+        if (step.z != 0 && stops(step, {std::abs(step.x), std::abs(step.y), 0})) {
+            step = {0, 0, step.z};
+        }
+        if (falls_whole) {
+            parts =
+                overlaps({goes_whole ? step.x : spread.x, goes_whole ? step.y : spread.y, step.z});
         }
         for (const Overlap& part : parts) {
             if (is_speck(part)) continue;

@@ -74,6 +74,8 @@ TEST(SlowRandomWorlds, sleep_where_thin_soil_lies_about) {
     expect_all_holds(900415, 900415, Run::watched, any, Sky::weather);
     expect_all_holds(1000074, 1000074, Run::watched, any, Sky::weather);
     expect_all_holds(1020089, 1020089, Run::watched, calm, Sky::weather);
+    expect_all_holds(1100224, 1100224, Run::watched, calm, Sky::weather);
+    expect_all_holds(1100224, 1100224, Run::watched, small, Sky::weather);
 }
 
 TEST(RandomWorlds, are_the_same_on_gl) {

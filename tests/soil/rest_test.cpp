@@ -230,6 +230,26 @@ TEST(Rest, a_crumb_that_wind_presses_into_a_corner_comes_down) {
     EXPECT_EQ(units_in(*soil, 0, 0, kFall + 1), 0);
 }
 
+// Wind blew a share of it to the ledge beside it, which slid back from there, and it fell too
+// slowly for a share to come down. In strong wind it met the ledge's edge whenever it fell. A crumb
+// of it fell as fast as it can, gained nothing, and went to sleep in the air.
+TEST(Rest, soil_that_wind_blows_to_a_ledge_comes_down_beside_it) {
+    for (const double wind_m_s : {0.6, 3.0}) {
+        SoilDef def = tile_def(fixed_density(sand(10)));
+        def.material.fall_speed_m_s = 0.046;
+        def.wind_m_s = {wind_m_s, 0, 0};
+        const auto soil = make_soil(def);
+        const double voxel = def.voxel_m;
+        ASSERT_TRUE(soil->add_terrain([&](Vec3 at) {  // between two walls
+            const bool is_wall = at.y < 3 * voxel || at.y > 4 * voxel;
+            return (is_wall ? 12.0 : at.x > 4 * voxel ? 5.4 : 1.0) * voxel - at.z;
+        }));
+        put(*soil, 3, 3, 5, {.volume = 441});
+        EXPECT_LT(steps_until_rest(*soil, 4000), 2000) << wind_m_s;
+        EXPECT_EQ(units_in(*soil, 3, 3, 1), 441) << wind_m_s;
+    }
+}
+
 // The slide took the drop beyond the edge for a slope, on which there is no friction, and what
 // makes soil slip saw a slope as high as the soil. It trickled off at one speed, ever less in a
 // step.
