@@ -292,8 +292,8 @@ TEST(SoilGround, sleeping_debris_falls_when_the_soil_under_it_is_dug_away) {
     ASSERT_TRUE(soil->set_options(far_off, {.ignored = true}));
     scene.run(4);
     ASSERT_FALSE(debris.isActive());
-    // A blade 0.2 m deep; it may not meet the debris.
-    push_soil_away(scene, {0.05f, 0.09f, 0.4f}, {-0.5f, 0.3f, 0}, 1.5, {0.6f, 0, 0});
+    // A blade 0.2 m deep; it may not meet the debris, nor its heap what is far off.
+    push_soil_away(scene, {0.05f, 0.09f, 0.25f}, {-0.5f, 0.3f, 0}, 1.5, {0.6f, 0, 0});
     scene.run(3);
     const Vec3 at{debris.getWorldTransform().getOrigin().x(), 0,
                   debris.getWorldTransform().getOrigin().z()};
@@ -304,6 +304,7 @@ TEST(SoilGround, sleeping_debris_falls_when_the_soil_under_it_is_dug_away) {
     EXPECT_LT(debris.getWorldTransform().getOrigin().y(), surface_m + 0.08 * 1.42);
     EXPECT_FALSE(far_off.isActive());
     EXPECT_NEAR(far_off.getWorldTransform().getOrigin().y(), 0.48, 0.01);
+    EXPECT_NEAR(soil->surface_at({-0.725, 0, -0.725})->position_m.y, 0.4, 1e-6) << "not far off";
 }
 
 TEST(SoilGround, ball_rolls_down_a_slope_as_on_a_mesh_of_the_columns) {
