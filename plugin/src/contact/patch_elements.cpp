@@ -22,8 +22,10 @@ double limit_n(const PatchElement& element, Vec3 shift_m, Vec3 up, const Contact
 
 void limit_shares(std::span<const PatchElement> elements, Vec3 shift_m, Vec3 up,
                   const ContactLawDef& law, std::span<double> shares) {
+    const bool has_moved = shift_m != Vec3{};
+    std::ranges::fill(shares, has_moved ? 0.0 : 1.0);
+    if (!has_moved) return;
     std::vector<double> found_n(shares.size());
-    std::ranges::fill(shares, 0.0);
     for (const PatchElement& element : elements) {
         const auto patch = static_cast<size_t>(element.patch);
         found_n[patch] += limit_n(element, {}, up, law);
