@@ -149,13 +149,16 @@ Motion fall_freely(int slot, ivec3 at, int voxel, ivec3 velocity) {
 // Whether air takes of its speed what soil in a voxel falls at: in the end it falls no faster.
 bool is_slowed_by_air(int voxel) { return params.air != 0 && mixed_word(voxel, 0, kTableAir) > 0; }
 
-// What friction takes of a level speed that is missing: of all its ways the same. Along an axis to the unit.
+// What friction takes of a level speed that is missing: of all its ways the same. Along an axis to the unit; aslant a unit at least
+// where there is any, or what little friction there is would never end a slide.
 ivec2 gripped(ivec2 missing, int grip) {
     if (missing.x == 0 || missing.y == 0) return clamp(missing, ivec2(-grip), ivec2(grip));
     int size = slope_length(missing.x, missing.y);
     if (size <= grip) return missing;
     int share = fraction_q16(grip, size);
-    return ivec2(sign(missing.x) * mul_q16(abs(missing.x), share), sign(missing.y) * mul_q16(abs(missing.y), share));
+    ivec2 taken = ivec2(sign(missing.x) * mul_q16(abs(missing.x), share), sign(missing.y) * mul_q16(abs(missing.y), share));
+    if (grip == 0 || taken.x != 0 || taken.y != 0) return taken;
+    return abs(missing.x) >= abs(missing.y) ? ivec2(sign(missing.x), 0) : ivec2(0, sign(missing.y));
 }
 
 // Soil on a body goes with it as far as friction can take it.
@@ -181,17 +184,17 @@ Motion slow_enough(int slot, ivec3 at, Motion motion) {
     return slower;
 }
 
-// How far soil drifts in a part of the step. Dust neither asks for sub-steps nor counts as clamped: rounding alone can make its
-// speed jump. Nor does what two parcels of dust may have come together to: neither has asked in the step before.
+// How far soil drifts in a part of the step: a voxel at most. What a body throws in this step has not asked for parts, and is late
+// by what is beyond; it has them from the next step on. Dust neither asks for parts nor counts as clamped: rounding alone can make
+// its speed jump. Nor does what two parcels of dust may have come together to: neither has asked in the step before.
 ivec3 drift_in_substep(int slot, ivec3 at, int volume, ivec3 drift_in_step, INOUT(int) fastest) {
-    if (volume > kPacingLeast) fastest = max(fastest, largest_component(drift_in_step));
-    ivec3 drift = drift_in_step / params.substep_count;
-    if (largest_component(drift) > kVoxelFull) {
-        if (volume > 2 * kPacingLeast) {
-            note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, at.x, at.y, at.z));
-        }
-        drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
+    int speed = largest_component(drift_in_step);
+    if (volume > kPacingLeast) fastest = max(fastest, speed);
+    if (volume > 2 * kPacingLeast && speed > params.resolved_most) {
+        note_condition(kStatusSpeedClamped, kResultSpeedPlace, grid_voxel(slot, at.x, at.y, at.z));
     }
+    ivec3 drift = drift_in_step / params.substep_count;
+    drift = clamp(drift, ivec3(-kVoxelFull), ivec3(kVoxelFull));
     return volume <= kWholeMost ? whole_voxels(drift, grid_voxel(slot, at.x, at.y, at.z)) : drift;
 }
 

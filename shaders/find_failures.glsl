@@ -120,12 +120,14 @@ bool slides_on(int slot, ivec2 at, ivec2 way, int toe, int count, int climb, int
 }
 
 // Whether slides_on has to be asked: as one wedge of the weakest soil, its mean height above the plane, what drives and what
-// holds it. That is no less and no more than slides_on finds where all is intact, but for rounding. sum: of the heights before.
+// holds it. That is no less and no more than slides_on finds where all is intact, but for rounding. Where the plane comes out there
+// may be loose soil on top, or none: half a column of the run holds nothing. sum: of the heights before.
 bool may_slide(int sum, int rise, int run, int length, int slope, int strength) {
     int way = mul_q16(run, length);
     int mean = (sum * 32 + rise * 16) / (run / 8) - rise / 2;
     int drive = mul_q16(mean * kOneQ8, rise - mul_q16(way, params.bank_friction));
     int hold = mul_q16(strength, way + mul_q12(rise, slope));
+    hold = hold - hold / (run / (kOneQ8 / 2));
     return strength == 0 || drive > hold - hold / 16;
 }
 

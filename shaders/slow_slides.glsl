@@ -39,13 +39,13 @@ int close_gaps(int first, int top, int end) {
     return to * kVoxelFull + min(kVoxelFull, state_at(kPlaneVolume, first + to * kTileColumns));
 }
 
-// What friction with the ground takes of a speed, Q24. Down a slope that fails slip_soil drives it on. One that stands, with
-// its tolerance or by cohesion, has friction: what slides there has to come to rest, and loses a unit at least.
+// What friction with the ground takes of a speed, Q24. What lets rough soil stand steeper than phi holds what slides there, too.
+// Down a slope that fails slip_soil drives it on. One that stands, with its tolerance or by cohesion, has friction: what slides
+// there has to come to rest, and loses a unit at least.
 int lost_to_friction(int source, int slot, ivec3 at, int slope) {
-    int held = mixed_word(source, kSoilLoose, kTableFriction) + kSlipTolerance - slope;
-    if (held < kSlipTolerance && wedge_at(resistance_of(source, slope), slope) <= standing_wedge(source, slot, at)) {
-        held = kSlipTolerance;
-    }
+    int standing = standing_wedge(source, slot, at);
+    int held = mixed_word(source, kSoilLoose, kTableFriction) + min(standing, kSlideSteepest) - slope;
+    if (held < kSlipTolerance && wedge_at(resistance_of(source, slope), slope) <= standing) held = kSlipTolerance;
     if (held <= 0) return 0;
     int gravity = min(params.gravity_q16, kSlideSpeedMost) * kOneQ8 / params.slide_count;
     return max(1, mul_q16(gravity, fraction_q16(held, kOneQ16 + mul_q16(slope, slope))));

@@ -221,7 +221,6 @@ CONST_INT(kColumnSinks, 12)
 CONST_INT(kColumnArrays, 13)
 CONST_INT(kNotSingle, -1)
 CONST_INT(kIntactUnknown, -1)
-CONST_INT(kIntactSlack, 64)     // of a voxel's bond, for rounding: 1/1024 voxel
 CONST_INT(kCutNone, 268435456)
 // After those kTileArrays arrays of one word a tile slot.
 CONST_INT(kTileStamp, 0)        // the largest kColumnStamp of its columns

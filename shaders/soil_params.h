@@ -12,6 +12,7 @@ int transport_count;     // planes that move with the soil: 8 + material_count +
 int substep_count;       // parts of this base step
 int substep;             // which of them advect_soil works on, from 0
 int body_substep_count;  // parts of it in which bodies move: at most a voxel each
+int resolved_most;       // speed that the most parts a step may have resolve, Q16 voxels per base step
 int gravity_q16;         // gravity in Q16 voxels per base step squared; of short steps it changes by one from step to step
 int arch_speed;          // sqrt(g voxel), Q16 voxels per base step: no arch is slower, soil pushed no faster rests. 0: no gravity
 int push_speed;          // that of the fastest body in this step, Q16 voxels per base step; 0 where slides settle

@@ -46,6 +46,6 @@ int wet_strength(int voxel, int soil_state, int dry) {
 bool is_intact(int voxel) {
     if (state_at(kPlaneTerrain, voxel) >= kSolidCoverage) return true;
     int volume = state_at(kPlaneVolume, voxel);
-    return volume > 0 && state_at(kPlaneBond, voxel) >= volume - kIntactSlack &&
+    return volume > 0 && state_at(kPlaneBond, voxel) >= volume &&
            wet_strength(voxel, kSoilBonded, mixed_word(voxel, kSoilBonded, kTableStrength)) >= params.bank_strength;
 }

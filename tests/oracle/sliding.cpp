@@ -4,6 +4,8 @@
 #include <numbers>
 #include <optional>
 
+#include "oracle/slippage.h"
+
 namespace oracle {
 double tan_phi(const Model& model, const Voxel& voxel) {
     std::vector<double> of_materials;
@@ -150,8 +152,9 @@ class Pass {
                 std::clamp((dx * std::abs(slide.vx) + dy * std::abs(slide.vy)) / pace,
                            -kTableSlopeMost, kTableSlopeMost);
             const Voxel& top = now_.at(x, y, slide.high);
-            double held = tan_phi(model_, top) + model_.slip_tolerance - slope;
-            if (stands_(top, slope)) held = std::max(held, model_.slip_tolerance);
+            const double standing = standing_wedge(model_, top, x, y, slide.high);
+            double held = tan_phi(model_, top) + std::min(standing, kTableSlopeMost) - slope;
+            if (stands_(top, slope, standing)) held = std::max(held, model_.slip_tolerance);
             const double lost =
                 model_.gravity / model_.slide_count * std::max(0.0, held) / (1 + slope * slope);
             const double kept = std::max(0.0, 1 - lost / pace) * kept_of_viscous(top);

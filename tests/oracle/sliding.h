@@ -10,7 +10,7 @@
 /// - a slide no thicker than model.crumb has no speed, and is given none;
 /// - where the ground fails, friction takes nothing: slip_soil drives the slide on. Where it
 /// stands, by cohesion perhaps, friction is that of a slope flatter than phi by the tolerance, at
-/// least;
+/// least. Roughness adds to it what it adds to the slope at which soil stands;
 /// - shares go to the columns along x, along y and across the corner as in (15) of the thesis, each
 /// filled from its surface up, three voxels at most at once;
 /// - the surface that soil arrives on is the one that what slides has left there in the same pass;
@@ -27,8 +27,8 @@ namespace oracle {
 /// free_surface() of every column, [y * nx + x].
 std::vector<FreeSurface> free_surfaces(const Model& model, const Field& field);
 
-/// Whether the soil of a voxel stands at a slope.
-using Stands = std::function<bool(const Voxel& soil, double slope)>;
+/// Whether the soil of a voxel stands at a slope, where wedges up to `standing` voxels do.
+using Stands = std::function<bool(const Voxel& soil, double slope, double standing)>;
 
 /// One slide pass.
 Field slide_soil(const Model& model, const Field& before, const Stands& stands);

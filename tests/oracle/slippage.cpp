@@ -40,14 +40,13 @@ SlopeFacet facet_slope(double axis_drop, double diagonal_drop) {
     return {std::hypot(axis_drop, across), across / axis_drop};
 }
 
-/// Up to this height a failing wedge stands.
+}  // namespace
+
 double standing_wedge(const Model& model, const Voxel& soil, int x, int y, int z) {
     if (model.roughness.empty()) return model.slip_tolerance;
     if (soil.mean(model.viscosity) >= 1) return std::numeric_limits<double>::infinity();
     return model.slip_tolerance + soil.mean(model.roughness) * (1 + chance(x, y, z, 0)) / 2;
 }
-
-}  // namespace
 
 Wedge failure_wedge(const SlopeSoil& soil, double gravity, double h, double dx) {
     const double steepest = std::atan2(h, dx);

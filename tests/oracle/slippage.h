@@ -53,6 +53,9 @@ struct Wedge {
 /// Solves (4) for the flattest failure plane of a slope of rise h over run dx.
 Wedge failure_wedge(const SlopeSoil& soil, double gravity_m_s2, double rise_m, double run_m);
 
+/// Up to this height a failing wedge of soil in that voxel stands, in voxels.
+double standing_wedge(const Model& model, const Voxel& soil, int x, int y, int z);
+
 /// A wedge at a slope (voxels of rise per voxel of run) of a material, in voxels and voxels a step
 /// squared.
 struct GridWedge {

@@ -279,6 +279,16 @@ void BuiltWorld::leave(int index) {
     Body& body = bodies_[static_cast<size_t>(index)];
     if (!body.is_in) return;
     body.is_in = false;
+    // What slept on it would hang in the air: Bullet does not wake it, its host has to.
+    btDispatcher& dispatcher = *world_->getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if (manifold.getNumContacts() == 0) continue;
+        for (const auto& [one, other] : {std::pair{manifold.getBody0(), manifold.getBody1()},
+                                         std::pair{manifold.getBody1(), manifold.getBody0()}}) {
+            if (one == body.bullet.get()) other->activate();
+        }
+    }
     world_->removeRigidBody(body.bullet.get());
 }
 

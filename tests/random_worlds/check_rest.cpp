@@ -37,6 +37,8 @@ constexpr double kBesideRadii = 1.25;
 /// voxels.
 constexpr double kPlateFraction = 1.0 / 3, kSinkageFactor = 1.5, kSinkageVoxels = 2;
 
+/// Soil settles within this time once nothing stirs it.
+constexpr double kSettlesS = 15;
 /// Water in soil moves once in so long.
 constexpr double kWaterS = 1;
 
@@ -100,20 +102,6 @@ bool is_slow(const MovingPart& part) {
     return length(part.velocity_m_s) < kSlow_m_s && length(part.spin_rad_s) < kSlow_rad_s;
 }
 
-/// Whether Bullet's box about an object reaches into a soil's grid.
-bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& object) {
-    const GridFrame& frame = soil.soil().frame();
-    btVector3 low, high;
-    object.getCollisionShape()->getAabb(
-        bullet::transform_to_bullet(inverse(frame.grid_to_world)) * object.getWorldTransform(), low,
-        high);
-    for (int i = 0; i < 3; ++i) {
-        const double end_m = frame.size[i] * frame.voxel_m;
-        if (static_cast<double>(high[i]) < 0 || static_cast<double>(low[i]) > end_m) return false;
-    }
-    return true;
-}
-
 class RestCheck final : public Check {
   public:
     void after_step(BuiltWorld& world, Failures&) override {
@@ -124,7 +112,9 @@ class RestCheck final : public Check {
                 dot(part.velocity_m_s, part.velocity_m_s) / (2 * world.gravity_m_s2());
             const auto [it, is_new] = energy_heights_m_.emplace(part.object, now_m);
             it->second = std::max(it->second, now_m);
-            if (!part.is_asleep) remember_surface(world, part);
+            if (part.is_asleep) continue;
+            remember_surface(world, part);
+            note_awake(world, part);
         }
         still_s_.resize(world.soils().size());
         for (size_t i = 0; i < still_s_.size(); ++i) {
@@ -163,6 +153,26 @@ class RestCheck final : public Check {
         it->second.surface_m = std::min(it->second.surface_m, *beside_m);
     }
 
+    /// Where it reaches, whether it is fast, and whether soil acts on it.
+    void note_awake(BuiltWorld& world, const MovingPart& part) {
+        Awake& awake = awake_[part.object];
+        const double now_s = world.time_s();
+        for (const bullet::SoilAction* soil : world.soils()) {
+            if (reaches_into(*soil, *part.object)) awake.reached_s[soil] = now_s;
+        }
+        if (!is_slow(part)) awake.fast_s = now_s;
+        if (length(soil_force_n(world, *part.object)) > 0) awake.felt_s = now_s;
+    }
+
+    /// What rocks on others, faster than Bullet lets it sleep, and has felt no soil for a while. In
+    /// world 5001006 a mesh stands on a driven one.
+    bool is_kept_awake_by_others(BuiltWorld& world, const MovingPart& part) {
+        constexpr double kFeltS = 5, kSleepsS = 2;  // Bullet's own
+        const Awake& awake = awake_[part.object];
+        return touches_others(*world.world().getDispatcher(), *part.object) &&
+               world.time_s() - awake.felt_s > kFeltS && world.time_s() - awake.fast_s < kSleepsS;
+    }
+
     /// A body asleep is held as it was when it fell asleep, while it still moved perhaps: what it
     /// bears since a touch counts as a change of that. World 81305: a body of 5 t rocked at 0.11
     /// m/s when it fell asleep, and was filled beside; the last substep alone is 2 % off.
@@ -182,14 +192,15 @@ class RestCheck final : public Check {
             if (part.is_asleep) continue;
             // What has left the soil may roll on. Two balls whose common middle is below both
             // rock for good on a plane beside the soil, and dip into it. So may what no soil acts
-            // on: in world 2041029 three balls turn between a heightfield and a plane.
+            // on: in world 2041029 three balls turn between a heightfield and a plane. In 4003151 a
+            // can of 26 t below the floor swings what it is jointed to through the soil.
             const bool feels_soil =
                 std::ranges::any_of(soils, [&part](const bullet::SoilAction* soil) {
                     return !soil->options(*part.object).coverage_only;
                 });
-            if (!feels_soil || soil_below(world, part.pose.position, 0) < 0) {
-                for (const bullet::SoilAction* soil : soils) {
-                    if (reaches_into(*soil, *part.object)) stirred.insert(soil);
+            if (!feels_soil || has_left_soil(world, part) || is_kept_awake_by_others(world, part)) {
+                for (const auto& [soil, last_s] : awake_[part.object].reached_s) {
+                    if (world.time_s() - last_s < kSettlesS) stirred.insert(soil);
                 }
                 continue;
             }
@@ -464,6 +475,12 @@ class RestCheck final : public Check {
         std::optional<double> woke_s;          ///< the world's time in the frame it woke in
     };
     std::map<const btCollisionObject*, Forces> forces_;
+    /// The world's time when a body was last awake and so.
+    struct Awake {
+        std::map<const bullet::SoilAction*, double> reached_s;  ///< into each soil's grid
+        double fast_s = 0, felt_s = 0;
+    };
+    std::map<const btCollisionObject*, Awake> awake_;
     std::vector<double> still_s_;  ///< by soil: the world's time when no block was active last
     /// The highest that each body has been, its speed reckoned in.
     std::map<const btCollisionObject*, double> energy_heights_m_;

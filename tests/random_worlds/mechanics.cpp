@@ -208,6 +208,40 @@ int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m) {
     return -1;
 }
 
+namespace {
+
+struct Box {
+    btVector3 low, high;
+};
+
+/// Bullet's box about an object, along the axes of a soil's grid [m].
+Box box_in_grid(const bullet::SoilAction& soil, const btCollisionObject& object) {
+    const Pose to_grid = inverse(soil.soil().frame().grid_to_world);
+    Box box;
+    object.getCollisionShape()->getAabb(
+        bullet::transform_to_bullet(to_grid) * object.getWorldTransform(), box.low, box.high);
+    return box;
+}
+
+}  // namespace
+
+bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& object) {
+    const GridFrame& frame = soil.soil().frame();
+    const Box box = box_in_grid(soil, object);
+    for (int i = 0; i < 3; ++i) {
+        const double end_m = frame.size[i] * frame.voxel_m;
+        if (static_cast<double>(box.high[i]) < 0 || static_cast<double>(box.low[i]) > end_m) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool has_left_soil(const BuiltWorld& world, const MovingPart& part) {
+    const int soil = soil_below(world, part.pose.position, 0);
+    return soil < 0 || box_in_grid(world.soil(soil), *part.object).high.z() < 0;
+}
+
 WeighedTogether::WeighedTogether(const BuiltWorld& world) {
     for (const BuiltWorld::Chain& chain : world.chains()) {
         for (const auto& collider : chain.colliders) {

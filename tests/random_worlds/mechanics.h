@@ -41,6 +41,10 @@ bool tells_its_weight(const BuiltWorld::Car& car, Vec3 up);
 
 /// The index of the soil over whose grid a point lies, -1: none. `margin_m` within its sides.
 int soil_below(const BuiltWorld& world, Vec3 world_m, double margin_m);
+/// Whether Bullet's box about an object reaches into a soil's grid.
+bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& object);
+/// Whether a body is over no soil, or has gone through its floor.
+bool has_left_soil(const BuiltWorld& world, const MovingPart& part);
 
 /// Bodies of a joint, a chain's links, and what lies on the load of another body: together they
 /// weigh what soil bears of them.

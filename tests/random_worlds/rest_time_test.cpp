@@ -45,6 +45,22 @@ TEST(RestTime, is_longer_where_wide_banks_drain) {
     EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
 }
 
+// A bank of 19 columns of 32 cm that runs out rests after 241 s with viscosity 0.75, 64 s where it
+// settles (docs/decisions/rest.md).
+TEST(RestTime, is_longer_where_soil_is_viscous) {
+    WorldPlan plan = slab_in_the_air(0);
+    SoilDef& def = plan.soils[0].def;
+    def.size_m = {19 * 0.32, 4 * 0.32, 14 * 0.32};
+    def.voxel_m = 0.32;
+    def.materials[0].viscosity = 0.75;
+    EXPECT_GT(rest_s(plan), 64.1);
+    EXPECT_LT(rest_s(plan), 100);
+    def.slides = SlideMotion::run_out;
+    EXPECT_GT(rest_s(plan), 241);
+    def.materials[0].viscosity = 0;
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+}
+
 TEST(RestTime, goes_by_the_speed_that_wind_leaves) {
     EXPECT_DOUBLE_EQ(rest_s(slab_in_the_air(0)), kQuickS);
     WorldPlan plan = slab_in_the_air(0.08);

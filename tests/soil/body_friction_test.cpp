@@ -49,5 +49,28 @@ INSTANTIATE_TEST_SUITE_P(Steps, BodyFriction,
                                          Case{0.05, 500, false}, Case{0.05, 500, true},
                                          Case{0.2, 240, false}, Case{0.2, 240, true}));
 
+// A unit of 2^-16 voxel a step, in each step: its parts along two axes were rounded to none, and
+// soil crept on for good.
+TEST(BodyFriction, of_a_unit_a_step_acts_aslant_too) {
+    SoilDef def = grid_def(32, 32, 16, 0.25);
+    def.step_s = 1.0 / 240;
+    const double unit = def.voxel_m / def.step_s / 65536;
+    const auto soil = make_soil(def);
+    ASSERT_TRUE(soil);
+    Mover plate(1, box_shape(Vec3{10, 10, 1} * def.voxel_m), Vec3{16, 16, 7} * def.voxel_m);
+    plate.body.surface.friction = unit / (kGravity * def.step_s);
+    soil->step({&plate.body, 1});
+    ASSERT_TRUE(soil->fill(voxel_box(*soil, {12, 12, 8}, {20, 20, 9})));
+    plate.set_velocity({0.3, 0.4, 0});
+    constexpr int kSteps = 100;
+    for (int i = 0; i < kSteps; ++i) {
+        plate.advance(def.step_s);
+        soil->step({&plate.body, 1});
+    }
+    const Vec3 speed = soil->sample(16, 16, 8).velocity_m_s;
+    EXPECT_GT(length(speed), 0.7 * kSteps * unit);
+    EXPECT_LT(length(speed), 1.1 * kSteps * unit);
+}
+
 }  // namespace
 }  // namespace bsoil::body_friction_test

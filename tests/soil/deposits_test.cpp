@@ -193,6 +193,24 @@ TEST(Roughness, lets_slopes_stand_steeper_and_unevenly) {
     }
 }
 
+// What lets rough soil stand steeper holds what slides, too: it comes to rest as smooth soil does,
+// and steeper.
+TEST(Roughness, holds_what_slides) {
+    const auto bank_of = [](double roughness, int& steps) {
+        SoilDef changes;
+        changes.slides = SlideMotion::run_out;
+        auto soil = bank(deposit(26, roughness, 0), 14, 14, 28, changes);
+        steps = settle(*soil, 2000);
+        return flank(*soil).slope;
+    };
+    int of_smooth = 0, of_rough = 0;
+    const double smooth = bank_of(0, of_smooth), rough = bank_of(3, of_rough);
+    std::printf("smooth %.3f after %d steps, rough %.3f after %d\n", smooth, of_smooth, rough,
+                of_rough);
+    EXPECT_LT(of_rough, 1.25 * of_smooth);
+    EXPECT_GT(rough, smooth + 0.25);
+}
+
 TEST(Roughness, of_40_makes_a_solid) {
     auto soil = bank(deposit(10, 40, 0), 12, 40, 24);
     const uint64_t checksum = soil->checksum();

@@ -103,6 +103,37 @@ TEST(FreeFall, is_as_fast_in_short_steps) {
     }
 }
 
+// A plate that is struck has the soil on it go at 1.5 voxels a step at once, though it has hardly
+// moved itself: the step has not enough parts for that, the next one has.
+TEST(FreeFall, of_what_is_thrown_is_too_fast_only_beyond_all_parts_of_a_step) {
+    for (const int most : {8, 1}) {
+        SoilDef def = grid_def(16, 16, 48);
+        def.substeps_max = most;
+        auto soil = make_soil(def);
+        std::vector<Mover> movers;
+        movers.emplace_back(1, box_shape(Vec3{3, 3, 1} * kVoxel), Vec3{8, 8, 5} * kVoxel);
+        soil->step(bodies_of(movers));
+        ASSERT_TRUE(soil->fill(voxel_box(*soil, {6, 6, 6}, {10, 10, 8})));
+        for (int i = 0; i < 10; ++i) soil->step(bodies_of(movers));
+        const double start = sums_of(*soil).height, speed = 1.5;  // voxels a step
+        movers[0].set_velocity(Vec3{0, 0, speed} * kVoxel * 60);
+        movers[0].advance(0.1 / 60);
+        soil->step(bodies_of(movers));
+        EXPECT_EQ(soil->status_bits(),
+                  most == 1 ? static_cast<uint32_t>(StatusBit::speed_clamped) : 0u);
+        movers[0].set_velocity({});
+        double highest = start;
+        for (int i = 0; i < 30; ++i) {
+            soil->step(bodies_of(movers));
+            highest = std::max(highest, sums_of(*soil).height);
+        }
+        const double g = def.gravity_m_s2 / (60 * 60 * kVoxel);
+        if (most == 8) {
+            EXPECT_NEAR(highest - start, speed * speed / (2 * g), 1);
+        }
+    }
+}
+
 // Usual steps have one value, short ones two.
 TEST(FreeFall, has_the_mean_gravity_that_it_should) {
     for (const double step_s : {1.0 / 60, 1.0 / 240, 1.0 / 500, 1.0 / 1000, 1.0 / 2000}) {

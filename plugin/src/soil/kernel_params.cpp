@@ -116,6 +116,7 @@ void set_kernel_params(SoilCore& s) {
     p.slide_count = 1;
     p.substep_count = 1;
     p.body_substep_count = 1;
+    p.resolved_most = def.substeps_max * kVoxelFull;
     s.kept_planes = kept_planes(p.material_count, p.water_count);
 }
 

@@ -60,6 +60,7 @@ constexpr std::chrono::microseconds kGpuPatience{50};
 Substeps cut_step(SoilCore& core, const BodyTable& bodies, const Passes& passes,
                   double pouring_speed_voxels, int substeps_most) {
     const int most = std::min(core.def.substeps_max, substeps_most);
+    core.params.resolved_most = most * layout::kVoxelFull;
     const double reach = bodies.reach_voxels();
     const double speed =
         std::max(static_cast<double>(core.speed_q16) / 65536, pouring_speed_voxels);
