@@ -102,7 +102,7 @@ TEST(Viscosity, slows_slides_by_the_share_it_holds_back) {
     EXPECT_NEAR(more, 2.0 * most, 0.2 * most);
 }
 
-TEST(Viscosity, takes_the_same_time_with_any_step_and_in_any_grid) {
+TEST(SlowViscosity, takes_the_same_time_with_any_step_and_in_any_grid) {
     SoilDef step, voxel;
     step.step_s = 1.0 / 120;
     voxel.voxel_m = 0.025;
