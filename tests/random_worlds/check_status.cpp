@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "bullet_types.h"
 #include "check.h"
@@ -45,23 +44,18 @@ bool is_shut_in(BuiltWorld& world, const Soil& soil, Vec3 place_m) {
         world.world().contactPairTest(&probe, const_cast<btCollisionObject*>(&object), touch);
         return touch.is_any;
     };
-    const std::vector<double> masses_kg = soil.totals().mass_kg;
-    const double soil_kg = std::accumulate(masses_kg.begin(), masses_kg.end(), 0.0);
     const std::vector<BodyPlan>& plans = world.plan().bodies;
     for (size_t i = 0; i < plans.size(); ++i) {
         const btRigidBody* body = world.body(static_cast<int>(i));
-        if (!body) continue;
-        const double radius_m = bound_m(plans[i].shape);
-        if (plans[i].kind == BodyPlan::Kind::driven) {
-            const double speed_m_s =
-                length(plans[i].velocity_m_s) + length(plans[i].spin_rad_s) * radius_m;
-            if (meets(*body, speed_m_s)) return true;
-        } else if (plans[i].kind == BodyPlan::Kind::moving && plans[i].mass_kg > soil_kg) {
-            const double speed_m_s = static_cast<double>(body->getLinearVelocity().length() +
-                                                         body->getAngularVelocity().length() *
-                                                             static_cast<btScalar>(radius_m));
-            if (meets(*body, speed_m_s)) return true;
-        }
+        if (!body || !is_unstoppable(plans[i], soil)) continue;
+        const bool is_driven = plans[i].kind == BodyPlan::Kind::driven;
+        const double speed_m_s = is_driven
+                                     ? length(plans[i].velocity_m_s)
+                                     : static_cast<double>(body->getLinearVelocity().length());
+        const double spin_rad_s = is_driven
+                                      ? length(plans[i].spin_rad_s)
+                                      : static_cast<double>(body->getAngularVelocity().length());
+        if (meets(*body, speed_m_s + spin_rad_s * bound_m(plans[i].shape))) return true;
     }
     return false;
 }

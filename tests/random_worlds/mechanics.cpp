@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "bullet_types.h"
@@ -225,6 +226,39 @@ Box box_in_grid(const bullet::SoilAction& soil, const btCollisionObject& object)
 
 }  // namespace
 
+bool touches_others(btDispatcher& dispatcher, const btCollisionObject& object) {
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if (manifold.getNumContacts() > 0 &&
+            (manifold.getBody0() == &object || manifold.getBody1() == &object)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+std::set<int> islands_kept_awake(btDispatcher& dispatcher) {
+    std::set<int> tags;
+    const auto keeps = [](const btCollisionObject& object) {
+        return object.isKinematicObject() && object.isActive() && object.hasContactResponse();
+    };
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
+        if (keeps(a)) tags.insert(b.getIslandTag());
+        if (keeps(b)) tags.insert(a.getIslandTag());
+    }
+    return tags;
+}
+
+bool is_unstoppable(const BodyPlan& body, const Soil& soil) {
+    if (body.dropped) return false;
+    if (body.kind == BodyPlan::Kind::driven) return true;
+    const std::vector<double> of_materials_kg = soil.totals().mass_kg;
+    const double soil_kg = std::accumulate(of_materials_kg.begin(), of_materials_kg.end(), 0.0);
+    return body.kind == BodyPlan::Kind::moving && body.mass_kg > soil_kg;
+}
+
 bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& object) {
     const GridFrame& frame = soil.soil().frame();
     const Box box = box_in_grid(soil, object);
@@ -262,6 +296,10 @@ WeighedTogether::WeighedTogether(const BuiltWorld& world) {
             const auto on = bodies.find(contact.body), under = bodies.find(contact.carrier);
             if (contact.carrier < 0 || on == bodies.end() || under == bodies.end()) continue;
             join(on->second, under->second);
+            const btCollisionObject* both = key_of(on->second);
+            for (auto& [object, key] : keys_) {
+                if (key == both) key = nullptr;
+            }
         }
     }
 }
