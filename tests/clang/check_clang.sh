@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks that clang compiles what this build compiles, without a warning: check_clang.sh BUILD_FOLDER FOLDER...
 # Every C++ source below the folders that the build knows is parsed with its own flags, many at once, since most of what is parsed
-# are headers that they share; no code is made. What has CLANG_LEAVES_OUT in its path is left out. 77: no clang.
+# are headers that they share; no code is made. The target CLANG_LEAVES_OUT is left out. 77: no clang.
 set -euo pipefail
 built=${1:?usage: check_clang.sh BUILD_FOLDER FOLDER...}
 shift
@@ -37,7 +37,8 @@ commands=$build/commands
 for folder in "$@"; do
     # What is left out of such groups may be in both libraries, static and shared: one of each.
     sed -n 's/^ *"command": "\(.*\)",\{0,1\}$/\1/p' "$build/compile_commands.json" | sed 's/\\\(.\)/\1/g' |
-        grep -E -- "-c ($folder/[^ ]*\.cpp|$build/${folder#"$root/"}/[^ ]*/Unity/[^ ]*\.cxx)\$" | grep -vF -- "/${CLANG_LEAVES_OUT:-no such folder}.dir/" | awk '!seen[$NF]++'
+        grep -E -- "-c ($folder/[^ ]*\.cpp|$build/${folder#"$root/"}/[^ ]*/Unity/[^ ]*\.cxx)\$" |
+        grep -vF -- "/${CLANG_LEAVES_OUT:-no such folder}.dir/" | awk '!seen[$NF]++'
 done >"$commands"
 count=$(wc -l <"$commands")
 grep -q /Unity/ "$commands" && ((count)) || { printf 'no source below %s is compiled in %s\n' "$*" "$build"; exit 1; }

@@ -132,7 +132,17 @@ class RestCheck final : public Check {
             if (reaches_into(*soil, *part.object)) awake.reached_s[soil] = now_s;
         }
         if (!is_slow(part)) awake.fast_s = now_s;
+        note_way(world, part);
         if (length(soil_force_n(world, *part.object)) > 0) awake.felt_s = now_s;
+    }
+
+    void note_way(const BuiltWorld& world, const MovingPart& part) {
+        const std::vector<BodyPlan>& bodies = world.plan().bodies;
+        for (size_t i = 0; i < bodies.size(); ++i) {
+            if (world.body(static_cast<int>(i)) != part.object) continue;
+            const Soil& soil = world.soil(bodies[i].soil).soil();
+            if (is_unstoppable(bodies[i], soil)) ways_[part.object].push_back(part.pose.position);
+        }
     }
 
     /// What rocks on others, faster than Bullet lets it sleep, and has felt no soil for a while. In
@@ -327,7 +337,7 @@ class RestCheck final : public Check {
         }
         const double ring_m = kBesideRadii * radius;
         if (!is_free(world, part.object, index) || is_in_pit(world, index, lowest, ring_m) ||
-            is_dug_through(world, index)) {
+            is_dug_through(world, part.object, lowest, ring_m)) {
             return;
         }
         auto surface_m = surface_beside_m(world, soil, lowest, ring_m);
@@ -410,13 +420,16 @@ class RestCheck final : public Check {
         });
     }
 
-    /// Whether a heavy body fell through the soil. 6100001: 12.8 kg lay 0.16 m deep where 3.4 t
-    /// had.
-    static bool is_dug_through(const BuiltWorld& world, int soil) {
-        const std::vector<BodyPlan>& bodies = world.plan().bodies;
-        return std::any_of(bodies.begin(), bodies.end(), [&](const BodyPlan& body) {
-            return body.kind == BodyPlan::Kind::moving &&
-                   is_unstoppable(body, world.soil(soil).soil());
+    /// Whether another body that nothing stops went through the soil within this radius. 6100001:
+    /// 12.8 kg lay 0.16 m deep where 3.4 t had gone.
+    bool is_dug_through(const BuiltWorld& world, const btCollisionObject* object, Vec3 at,
+                        double ring_m) const {
+        return std::any_of(ways_.begin(), ways_.end(), [&](const auto& way) {
+            if (way.first == object) return false;
+            const double reach_m = ring_m + radius_m(world, way.first);
+            return std::ranges::any_of(way.second, [&](Vec3 was) {
+                return length(cross(was - at, world.up())) < reach_m;
+            });
         });
     }
 
@@ -465,6 +478,8 @@ class RestCheck final : public Check {
         double fast_s = 0, felt_s = 0;
     };
     std::map<const btCollisionObject*, Awake> awake_;
+    /// Where bodies have been that nothing stops.
+    std::map<const btCollisionObject*, std::vector<Vec3>> ways_;
     std::vector<double> still_s_;  ///< by soil: the world's time when no block was active last
     /// The highest that each body has been, its speed reckoned in.
     std::map<const btCollisionObject*, double> energy_heights_m_;

@@ -17,10 +17,15 @@ namespace {
 /// Bodies rest and sleep within this time once they are left alone, and soil that air does not
 /// slow.
 constexpr double kRestS = 15;
-/// A bank that drains through an open side creeps for so long for each column squared [s], where
-/// slides settle and where they run out. And what drag slows while it runs out, for so many times
-/// what a column's width takes at g over the rate of drag (docs/decisions/rest.md).
-constexpr double kDrainS = 0.045, kDrainRunOutS = 0.08, kDrainByDrag = 0.15;
+/// A bank that drains through an open side creeps for so long for each column squared [s], and a
+/// viscous one for so long over what its viscosity leaves of slides.
+struct Drain {
+    double plain_s, viscous_s;
+};
+constexpr Drain kSettles{0.034, 0.045}, kRunsOut{0.05, 0.08};
+/// What drag slows while it runs out besides: so many times what a column's width takes at g over
+/// the rate of drag. All of them cover the table of docs/decisions/rest.md.
+constexpr double kDrainByDrag = 0.15;
 /// More viscous soil is a known fault.
 constexpr double kViscosityMost = 0.75;
 /// One crumb in so many may take longer to come down than it is given.
@@ -29,10 +34,9 @@ constexpr int kRepeatedSteps = 60;
 constexpr int kStepsOnGl = 12;
 /// Past the first water step, which is after a second.
 constexpr double kWeatherOnGlS = 1.1;
-/// Frames that a restored world is compared for. Whole states are in the first frames and in every
-/// fifth of the others: one takes as long as some steps.
-constexpr int kStepsRestored = 40;
-constexpr int kFirstStates = 3, kStatesEvery = 5;
+/// Frames that a restored world is compared for, and how many of the first with their whole states
+/// whatever the caller asks for.
+constexpr int kStepsRestored = 40, kFirstStates = 3;
 
 std::string hex(uint64_t number) { return fmt::format("{:016x}", number); }
 
@@ -118,7 +122,7 @@ bool are_alike(const BuiltWorld& a, const BuiltWorld& b) {
 
 /// Takes a snapshot in the middle of the action, loads it into a world built anew and compares what
 /// follows.
-void run_restored(const WorldPlan& plan, Failures& failures) {
+void run_restored(const WorldPlan& plan, int states_every, Failures& failures) {
     const std::string path = (std::filesystem::temp_directory_path() /
                               fmt::format("bsoil_random_{}_{}.snapshot", getpid(), plan.seed))
                                  .string();
@@ -140,7 +144,7 @@ void run_restored(const WorldPlan& plan, Failures& failures) {
             return failures.add("goes on", "world", saved.time_s(),
                                 fmt::format("{} {} steps on", hex(expected), i), hex(found));
         }
-        if ((i < kFirstStates || i % kStatesEvery == 0) && !are_alike(saved, restored)) {
+        if ((i < kFirstStates || i % states_every == 0) && !are_alike(saved, restored)) {
             return failures.add("goes on", "soil", saved.time_s(), "the same state",
                                 fmt::format("another {} steps on", i));
         }
@@ -159,7 +163,8 @@ double drains_s(const SoilDef& def) {
     for (const MaterialDef& material : def.materials) {
         if (!is_open && material.viscosity == 0) continue;
         const double slides = 1 - std::min(material.viscosity, kViscosityMost);
-        double column_s = (runs_out ? kDrainRunOutS : kDrainS) / slides;
+        const Drain& drain = runs_out ? kRunsOut : kSettles;
+        double column_s = material.viscosity > 0 ? drain.viscous_s / slides : drain.plain_s;
         if (runs_out && def.gravity_m_s2 > 0) {
             const double drag_per_s = -std::log(slides) * 60;
             column_s += kDrainByDrag * def.voxel_m * drag_per_s / def.gravity_m_s2;
@@ -195,7 +200,7 @@ double rest_s(const WorldPlan& plan) {
     return quick_s + fall_s;
 }
 
-std::vector<Failure> run_plan(const WorldPlan& plan, Run run) {
+std::vector<Failure> run_plan(const WorldPlan& plan, Run run, int states_every) {
     Failures failures(plan.seed);
     switch (run) {
         case Run::watched:
@@ -205,7 +210,7 @@ std::vector<Failure> run_plan(const WorldPlan& plan, Run run) {
             run_repeated(plan, failures);
             break;
         case Run::restored:
-            run_restored(plan, failures);
+            run_restored(plan, states_every, failures);
             break;
         case Run::on_gl:
             run_on_gl(plan, failures);

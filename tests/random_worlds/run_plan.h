@@ -18,9 +18,10 @@ enum class Run {
 const char* name_of(Run run);
 
 /// Time within which soil sleeps once it is left alone [s]: the longer the slower air lets it fall,
-/// and the farther a bank has to an open side.
+/// the farther a bank has to an open side, and the more viscous it is.
 double rest_s(const WorldPlan& plan);
 
-std::vector<Failure> run_plan(const WorldPlan& plan, Run run);
+/// states_every: Run::restored compares whole states in every so many frames, bits in each.
+std::vector<Failure> run_plan(const WorldPlan& plan, Run run, int states_every = 1);
 
 }  // namespace bsoil::random_worlds
