@@ -445,6 +445,11 @@ void VehicleWheels::show(BodyCollector& collector) {
         guest.state.id = wheel.id;
         guest.state.role = BodyRole::wheel;
         guest.state.motion = wheel.motion;
+        // Placed while its chassis was still awake, perhaps: its speed would wake what lies on the
+        // soil that it carries, be it the chassis itself.
+        if (!vehicle_->getRigidBody()->isActive()) {
+            guest.state.motion.linear_velocity_m_s = guest.state.motion.angular_velocity_rad_s = {};
+        }
         guest.state.surface = wheel.def.surface;
         guest.shapes = wheel.shapes;
         collector.add_guest(std::move(guest));

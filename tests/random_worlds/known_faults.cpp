@@ -42,15 +42,6 @@ bool has_small_body(const WorldPlan& plan, const Failure&) {
     });
 }
 
-/// A car of 17 g whose wheels have a radius of 2.3 voxels never slept in world 6000073.
-bool is_car_on_small_wheels(const WorldPlan& plan, const Failure& failure) {
-    return failure.body.starts_with("car") &&
-           std::any_of(plan.cars.begin(), plan.cars.end(), [&plan](const CarPlan& car) {
-               const double voxel_m = plan.soils[static_cast<size_t>(car.soil)].def.voxel_m;
-               return !car.dropped && car.radius_m < kFewVoxels * voxel_m;
-           });
-}
-
 /// What is known by its cure: that it fails no more.
 bool holds(const WorldPlan& cured, const Failure& failure) {
     const std::vector<Failure> failures = run_plan(cured, Run::watched);
@@ -132,7 +123,6 @@ constexpr KnownFault kKnownFaults[] = {
     {"soil sleeps", is_viscous, "soil of a viscosity above 3/4 takes more than the time given"},
     {"bodies sleep", has_small_body,
      "bodies of a few voxels rock and keep what lies beside them awake"},
-    {"bodies sleep", is_car_on_small_wheels, "a car on wheels of a few voxels does not sleep"},
     {"energy", is_torn_at,
      "what Bullet's ten iterations leave undone throws a light body between a joint and a contact"},
     {"bodies sleep", is_rocking_chain,

@@ -284,6 +284,45 @@ TEST_F(BulletFileTest, cut_and_damaged_files_are_refused) {
     EXPECT_FALSE(BulletFile::load(path + ".absent", other.world));
 }
 
+TEST_F(BulletFileTest, a_mesh_without_triangles_is_refused) {
+    World w;
+    btTriangleMesh triangles;
+    triangles.addTriangle({-2, 0, -2}, {2, 0, -2}, {0, 0, 2});
+    btBvhTriangleMeshShape shape(&triangles, true);
+    btRigidBody ground(0, nullptr, &shape);
+    w.world.addRigidBody(&ground);
+    triangles.getIndexedMeshArray()[0].m_numTriangles = 0;
+    btDefaultSerializer serializer;
+    w.world.serialize(&serializer);
+    w.world.removeRigidBody(&ground);
+    write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
+           static_cast<size_t>(serializer.getCurrentBufferSize())});
+    World other;
+    const auto file = BulletFile::load(path, other.world, btTransform::getIdentity());
+    ASSERT_FALSE(file);
+    EXPECT_NE(file.error().find("mesh without triangles"), std::string::npos) << file.error();
+}
+
+TEST_F(BulletFileTest, iterations_that_no_host_asks_for_are_refused) {
+    World w;
+    btSphereShape sphere(btScalar(0.2));
+    btRigidBody ball(5, nullptr, &sphere, btVector3(1, 1, 1));
+    w.world.addRigidBody(&ball);
+    btPoint2PointConstraint point(ball, {0, 0, 1});
+    point.setOverrideNumSolverIterations(2'000'000'000);
+    w.world.addConstraint(&point);
+    btDefaultSerializer serializer;
+    w.world.serialize(&serializer);
+    w.world.removeConstraint(&point);
+    w.world.removeRigidBody(&ball);
+    write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
+           static_cast<size_t>(serializer.getCurrentBufferSize())});
+    World other;
+    const auto file = BulletFile::load(path, other.world, btTransform::getIdentity());
+    ASSERT_FALSE(file);
+    EXPECT_NE(file.error().find("iterations"), std::string::npos) << file.error();
+}
+
 TEST_F(BulletFileTest, the_example_of_bullet_loads_and_says_what_is_missing) {
     const std::string example = find_file("data:bullet3/multibody.bullet", BSOIL_SCENES_DIR "/x");
     if (example.empty()) {

@@ -1,8 +1,5 @@
 #include "bullet_file_check.h"
 
-#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
-#include <BulletDynamics/ConstraintSolver/btTypedConstraint.h>
-#include <BulletDynamics/Featherstone/btMultiBodyLink.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,6 +12,7 @@
 #include <vector>
 
 #include "bullet_dna.h"
+#include "bullet_file_kinds.h"
 #include "files/byte_cursor.h"
 
 namespace bsoil::scene {
@@ -28,90 +26,9 @@ constexpr std::string_view kMagic = "BULLET";
 /// Compounds inside each other, and shapes, where each compound has its own as Bullet makes them.
 constexpr int kCompoundDepth = 32;
 constexpr int64_t kShapeCapacity = 100'000;
-
-/// A pointer to as many elements as another field says.
-struct CountedPointer {
-    const char *structure, *pointer, *count;
-};
-constexpr CountedPointer kCounted[] = {
-    {"btCompoundShapeData", "m_childShapePtr", "m_numChildShapes"},
-    {"btMultiSphereShapeData", "m_localPositionArrayPtr", "m_localPositionArraySize"},
-    {"btStridingMeshInterfaceData", "m_meshPartsPtr", "m_numMeshParts"},
-    {"btMultiBodyFloatData", "m_links", "m_numLinks"},
-    {"btMultiBodyDoubleData", "m_links", "m_numLinks"},
-};
-/// The same where one of several has to be there.
-struct EitherPointer {
-    const char *structure, *count;
-    std::vector<std::pair<const char*, size_t>> pointers;
-};
-const std::vector<EitherPointer>& either() {
-    static const std::vector<EitherPointer> kEither{
-        {"btConvexHullShapeData",
-         "m_numUnscaledPoints",
-         {{"m_unscaledPointsFloatPtr", 1}, {"m_unscaledPointsDoublePtr", 1}}},
-        {"btMeshPartData", "m_numVertices", {{"m_vertices3f", 1}, {"m_vertices3d", 1}}},
-        {"btMeshPartData",
-         "m_numTriangles",
-         {{"m_indices32", 3}, {"m_3indices16", 1}, {"m_3indices8", 1}, {"m_indices16", 3}}},
-    };
-    return kEither;
-}
-
-/// The structures of shapes and constraints by the number that they carry.
-struct Kind {
-    int number;
-    const char* structure;
-};
-constexpr Kind kShapes[] = {
-    {BOX_SHAPE_PROXYTYPE, "btConvexInternalShapeData"},
-    {SPHERE_SHAPE_PROXYTYPE, "btConvexInternalShapeData"},
-    {CAPSULE_SHAPE_PROXYTYPE, "btCapsuleShapeData"},
-    {CYLINDER_SHAPE_PROXYTYPE, "btCylinderShapeData"},
-    {CONE_SHAPE_PROXYTYPE, "btConeShapeData"},
-    {MULTI_SPHERE_SHAPE_PROXYTYPE, "btMultiSphereShapeData"},
-    {CONVEX_HULL_SHAPE_PROXYTYPE, "btConvexHullShapeData"},
-    {STATIC_PLANE_PROXYTYPE, "btStaticPlaneShapeData"},
-    {TRIANGLE_MESH_SHAPE_PROXYTYPE, "btTriangleMeshShapeData"},
-    {SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE, "btScaledTriangleMeshShapeData"},
-    {GIMPACT_SHAPE_PROXYTYPE, "btGImpactMeshShapeData"},
-    {COMPOUND_SHAPE_PROXYTYPE, "btCompoundShapeData"},
-};
-/// In single precision, in double, and in double from version 2.82 on.
-struct ConstraintKind {
-    int number;
-    const char *single, *double_first, *double_now;
-};
-constexpr int kDoubleSince = 282;
-constexpr ConstraintKind kConstraints[] = {
-    {POINT2POINT_CONSTRAINT_TYPE, "btPoint2PointConstraintFloatData",
-     "btPoint2PointConstraintDoubleData", "btPoint2PointConstraintDoubleData2"},
-    {HINGE_CONSTRAINT_TYPE, "btHingeConstraintFloatData", "btHingeConstraintDoubleData",
-     "btHingeConstraintDoubleData2"},
-    {CONETWIST_CONSTRAINT_TYPE, "btConeTwistConstraintData", "btConeTwistConstraintData",
-     "btConeTwistConstraintDoubleData"},
-    {D6_CONSTRAINT_TYPE, "btGeneric6DofConstraintData", "btGeneric6DofConstraintData",
-     "btGeneric6DofConstraintDoubleData2"},
-    {SLIDER_CONSTRAINT_TYPE, "btSliderConstraintData", "btSliderConstraintData",
-     "btSliderConstraintDoubleData"},
-    {D6_SPRING_CONSTRAINT_TYPE, "btGeneric6DofSpringConstraintData",
-     "btGeneric6DofSpringConstraintData", "btGeneric6DofSpringConstraintDoubleData2"},
-    {D6_SPRING_2_CONSTRAINT_TYPE, "btGeneric6DofSpring2ConstraintData",
-     "btGeneric6DofSpring2ConstraintDoubleData2", "btGeneric6DofSpring2ConstraintDoubleData2"},
-    {FIXED_CONSTRAINT_TYPE, "btGeneric6DofSpring2ConstraintData",
-     "btGeneric6DofSpring2ConstraintDoubleData2", "btGeneric6DofSpring2ConstraintDoubleData2"},
-    {GEAR_CONSTRAINT_TYPE, "btGearConstraintFloatData", "btGearConstraintDoubleData",
-     "btGearConstraintDoubleData"},
-};
-/// Variables of a multibody's joint: velocities and positions.
-struct JointKind {
-    int number, velocities, positions;
-};
-constexpr JointKind kJoints[] = {{btMultibodyLink::eRevolute, 1, 1},
-                                 {btMultibodyLink::ePrismatic, 1, 1},
-                                 {btMultibodyLink::eSpherical, 3, 4},
-                                 {btMultibodyLink::ePlanar, 3, 3},
-                                 {btMultibodyLink::eFixed, 0, 0}};
+/// Of the solver, that a constraint may ask for. Ours: a thousand times Bullet's own 10. Larger,
+/// and a damaged file's step takes minutes; smaller, and a host's own choice might be refused.
+constexpr int64_t kIterationsMost = 10'000;
 
 struct Block {
     std::string_view code;
@@ -352,6 +269,19 @@ class Checker {
             require(target(structure, at, "m_childShape") != nullptr);
         }
         if (structure.name == "btMeshPartData") check_mesh_part(structure, at);
+        if (structure.name == "btStridingMeshInterfaceData") check_mesh(structure, at);
+    }
+
+    /// Bullet's tree over no triangles writes to null.
+    void check_mesh(const Structure& mesh, size_t at) const {
+        int64_t triangle_count = 0;
+        for (int64_t i = 0; i < integer(mesh, at, "m_numMeshParts"); ++i) {
+            const Block& parts = *target(mesh, at, "m_meshPartsPtr");
+            const Structure& part = structure_of(parts);
+            triangle_count += std::max<int64_t>(
+                0, integer(part, parts.at + static_cast<size_t>(i) * part.size, "m_numTriangles"));
+        }
+        if (triangle_count == 0) refuse("has a mesh without triangles; save it without the mesh");
     }
 
     void check_mesh_part(const Structure& part, size_t at) const {
@@ -434,6 +364,9 @@ class Checker {
         require(base != dna_.numbers.end());
         const Structure& typed = dna_.structures[static_cast<size_t>(base->second)];
         require(structure_of(block).size >= typed.size);
+        if (integer(typed, block.at, "m_overrideNumSolverIterations") > kIterationsMost) {
+            refuse(fmt::format("must have constraints of at most {} iterations", kIterationsMost));
+        }
         const int64_t type = integer(typed, block.at, "m_objectType");
         const auto kind = std::find_if(std::begin(kConstraints), std::end(kConstraints),
                                        [&](const ConstraintKind& k) { return k.number == type; });
