@@ -32,6 +32,11 @@ std::string bytes_of(const std::string& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+std::string saved(const btDefaultSerializer& serializer) {
+    return {reinterpret_cast<const char*>(serializer.getBufferPointer()),
+            static_cast<size_t>(serializer.getCurrentBufferSize())};
+}
+
 /// Two boxes joined by a hinge, a sphere and, on demand, a heightfield under them; z is up.
 void write_world(const std::string& path, bool with_heightfield) {
     World w;
@@ -60,9 +65,7 @@ void write_world(const std::string& path, bool with_heightfield) {
     btDefaultSerializer serializer;
     serializer.registerNameForPointer(&c, "ball");
     w.world.serialize(&serializer);
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(serializer.getBufferPointer()),
-               serializer.getCurrentBufferSize());
+    std::ofstream(path, std::ios::binary) << saved(serializer);
     w.world.removeConstraint(&hinge);
     for (btRigidBody* body : {&a, &b, &c}) w.world.removeRigidBody(body);
     if (with_heightfield) w.world.removeRigidBody(&ground);
@@ -85,11 +88,9 @@ std::string slider_bytes() {
     slider.getLink(0).m_collider = &link;
     btDefaultSerializer serializer;
     w.world.serialize(&serializer);
-    std::string bytes(reinterpret_cast<const char*>(serializer.getBufferPointer()),
-                      static_cast<size_t>(serializer.getCurrentBufferSize()));
     w.world.removeCollisionObject(&link);
     w.world.removeMultiBody(&slider);
-    return bytes;
+    return saved(serializer);
 }
 
 /// Bullet 3.24 in single precision makes no colliders for links.
@@ -102,6 +103,13 @@ class BulletFileTest : public testing::Test {
             .string();
     void TearDown() override { std::filesystem::remove(path); }
     void write(const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+    void expect_reason(const std::string& bytes, const char* reason) {
+        write(bytes);
+        World other;
+        const auto file = BulletFile::load(path, other.world, btTransform::getIdentity());
+        ASSERT_FALSE(file);
+        EXPECT_NE(file.error().find(reason), std::string::npos) << file.error();
+    }
 };
 
 // For demo.world_from_file.
@@ -295,12 +303,7 @@ TEST_F(BulletFileTest, a_mesh_without_triangles_is_refused) {
     btDefaultSerializer serializer;
     w.world.serialize(&serializer);
     w.world.removeRigidBody(&ground);
-    write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
-           static_cast<size_t>(serializer.getCurrentBufferSize())});
-    World other;
-    const auto file = BulletFile::load(path, other.world, btTransform::getIdentity());
-    ASSERT_FALSE(file);
-    EXPECT_NE(file.error().find("mesh without triangles"), std::string::npos) << file.error();
+    expect_reason(saved(serializer), "mesh without triangles");
 }
 
 TEST_F(BulletFileTest, iterations_that_no_host_asks_for_are_refused) {
@@ -315,12 +318,7 @@ TEST_F(BulletFileTest, iterations_that_no_host_asks_for_are_refused) {
     w.world.serialize(&serializer);
     w.world.removeConstraint(&point);
     w.world.removeRigidBody(&ball);
-    write({reinterpret_cast<const char*>(serializer.getBufferPointer()),
-           static_cast<size_t>(serializer.getCurrentBufferSize())});
-    World other;
-    const auto file = BulletFile::load(path, other.world, btTransform::getIdentity());
-    ASSERT_FALSE(file);
-    EXPECT_NE(file.error().find("iterations"), std::string::npos) << file.error();
+    expect_reason(saved(serializer), "iterations");
 }
 
 TEST_F(BulletFileTest, the_example_of_bullet_loads_and_says_what_is_missing) {

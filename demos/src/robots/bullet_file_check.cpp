@@ -274,14 +274,14 @@ class Checker {
 
     /// Bullet's tree over no triangles writes to null.
     void check_mesh(const Structure& mesh, size_t at) const {
-        int64_t triangle_count = 0;
-        for (int64_t i = 0; i < integer(mesh, at, "m_numMeshParts"); ++i) {
-            const Block& parts = *target(mesh, at, "m_meshPartsPtr");
-            const Structure& part = structure_of(parts);
-            triangle_count += std::max<int64_t>(
-                0, integer(part, parts.at + static_cast<size_t>(i) * part.size, "m_numTriangles"));
+        const int64_t part_count = integer(mesh, at, "m_numMeshParts");
+        const Block* parts = target(mesh, at, "m_meshPartsPtr");
+        for (int64_t i = 0; i < part_count; ++i) {
+            const Structure& part = structure_of(*parts);
+            const size_t part_at = parts->at + static_cast<size_t>(i) * part.size;
+            if (integer(part, part_at, "m_numTriangles") > 0) return;
         }
-        if (triangle_count == 0) refuse("has a mesh without triangles; save it without the mesh");
+        refuse("has a mesh without triangles; save it without the mesh");
     }
 
     void check_mesh_part(const Structure& part, size_t at) const {
