@@ -99,6 +99,10 @@ class Ragdoll : public Example {
 };
 
 void expect_to_fall_and_sleep(int push_count) {
+    // Which way it falls decides how much of it lies in the sand at once: with eight pushes 480 to
+    // 911 contacts were measured. The bound has to say something of the largest.
+    constexpr size_t kContacts = 1100;
+    size_t contacts_most = 0;
     int slept_on_rigid = 0, slept_on_sand = 0;
     double risen_on_rigid_j = 0, risen_on_sand_j = 0;
     for (int push = 0; push < push_count; ++push) {
@@ -109,7 +113,8 @@ void expect_to_fall_and_sleep(int push_count) {
         risen_on_rigid_j = std::max(risen_on_rigid_j, on_rigid.risen_j);
         risen_on_sand_j = std::max(risen_on_sand_j, on_sand.risen_j);
         EXPECT_LT(on_sand.unbalanced_n, 0.02 * sand.weight_n()) << push;
-        sand.expect_work(on_sand, 1100, 0.9);  // measured: at most 869 and 0.72
+        sand.expect_work_below(on_sand, kContacts, 0.9);
+        contacts_most = std::max(contacts_most, on_sand.contacts_most);
         // Its centre of mass stands a metre high, and falls over. Measured: up to 0.94.
         EXPECT_LT(on_sand.drift_m, 1.2) << push;
         EXPECT_LT(sand.widest_gap_m(), 0.02) << push;
@@ -118,6 +123,7 @@ void expect_to_fall_and_sleep(int push_count) {
             EXPECT_LT(sand.height_m(*part), 0.7) << "it has fallen";
         }
     }
+    EXPECT_GT(contacts_most, kContacts / 2) << "else the bound says nothing";
     // Joints at their limits keep a limb awake here and there, on rigid ground as well: of 24
     // pushes 23 sleep there and 22 on sand.
     EXPECT_GE(slept_on_sand, slept_on_rigid - 1);

@@ -284,6 +284,34 @@ TEST_F(HostileFiles, skins_of_meshes_have_a_place_for_each_vertex) {
     }
 }
 
+TEST_F(HostileFiles, height_maps_of_any_bytes_and_none_are_refused) {
+    for (const char* text : {"", "x", "\x89PNG\r\n\x1a\n", "\xff\xd8\xff"}) {
+        EXPECT_FALSE(read_height_map(write("m.png", text), 0, 1)) << text;
+    }
+    for (const char* file : {"/dev/zero", "/", "/nonexistent"}) {
+        EXPECT_FALSE(read_height_map(file, 0, 1)) << file;
+    }
+}
+
+// A chunk is longer than its file, and what its reader then goes on with is another without data.
+TEST_F(HostileFiles, pictures_that_end_within_a_chunk_are_refused) {
+    const std::string whole = png(3, 3, "x");
+    const size_t pixels = whole.find("IDAT");
+    const std::string long_one =
+        "\xad\xad\xad\xad"
+        "tEXt" +
+        std::string(80, '\xad');
+    const std::string before = whole.substr(0, pixels - 4);
+    for (const std::string& bytes :
+         {whole.substr(0, pixels + 4), whole.substr(0, whole.size() - 12),
+          before + long_one + png(3, 3, "").substr(before.size())}) {
+        for (const std::string& error : {read_height_map(write("m.png", bytes), 0, 1).error(),
+                                         read_texture(write("m.png", bytes)).error()}) {
+            expect_error(error, "ends before its last chunk does");
+        }
+    }
+}
+
 TEST_F(HostileFiles, pictures_with_an_empty_chunk_are_refused) {
     expect_error(read_height_map(write("m.png", png(3, 3, "")), 0, 1).error(),
                  "without data; save the picture anew");

@@ -25,8 +25,8 @@
 namespace bsoil::scene {
 namespace {
 
-/// Bytes of one buffer of a picture's reader: the pixels of the largest picture, as bytes, twice
-/// over. Compressed data can stand for a thousand times its own size.
+/// Bytes of a height map's file, and of one buffer of a picture's reader: the pixels of the largest
+/// picture, as bytes, twice over. Compressed data can stand for a thousand times its own size.
 constexpr size_t kPictureBytes = size_t{512} << 20;
 
 void* allocate_picture(size_t bytes) {
@@ -146,22 +146,29 @@ bool append_node(const aiScene& file, const aiNode& node, const aiMatrix4x4& par
     return true;
 }
 
-/// stb_image copies a chunk of no data to where it has no memory yet.
-Status check_picture_chunks(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    file.seekg(8);
-    std::array<char, 8> head;  // length, big endian, and type
-    while (file.read(head.data(), head.size())) {
-        int64_t length = 0;
-        for (int i = 0; i < 4; ++i) {
-            length = length << 8 | static_cast<uint8_t>(head[static_cast<size_t>(i)]);
+constexpr std::string_view kPngSignature("\x89PNG\r\n\x1a\n", 8);
+
+/// What stb_image does not look at: it copies a chunk of no data to where it has no memory yet, and
+/// after one that is longer than the file goes on somewhere within it.
+Status check_picture_chunks(const std::string& path, std::string_view bytes) {
+    constexpr size_t kHeadBytes = 8;  // length, big endian, and type
+    constexpr size_t kCheckBytes = 4;
+    bytes.remove_prefix(std::min(kPngSignature.size(), bytes.size()));
+    while (bytes.size() >= kHeadBytes) {
+        size_t length = 0;
+        for (const char byte : bytes.substr(0, 4)) {
+            length = length << 8 | static_cast<uint8_t>(byte);
         }
-        if (length == 0 && std::string_view(head.data() + 4, 4) == "IDAT") {
+        const std::string_view type = bytes.substr(4, 4);
+        bytes.remove_prefix(kHeadBytes);
+        if (length == 0 && type == "IDAT") {
             return Error{path + ": has a chunk of pixels without data; save the picture anew"};
         }
-        file.seekg(length + 4, std::ios::cur);
+        if (type == "IEND") return Done{};
+        if (length + kCheckBytes > bytes.size()) break;
+        bytes.remove_prefix(length + kCheckBytes);
     }
-    return Done{};
+    return Error{path + ": ends before its last chunk does; save or copy the picture anew"};
 }
 
 }  // namespace
@@ -241,10 +248,9 @@ Result<TriangleMesh> read_mesh(const std::string& path, MeshSkin* skin) {
 
 Result<ColorPicture> read_texture(const std::string& path) {
     constexpr size_t kTextureFileBytes = size_t{64} << 20;
-    constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
     const auto bytes = read_file(path, kTextureFileBytes);
     if (!bytes) return Error{bytes.error()};
-    if (!bytes->starts_with(kSignature)) {
+    if (!bytes->starts_with(kPngSignature)) {
         return Error{path + ": is no PNG, and textures of other formats are not read; convert it"};
     }
     const auto* data = reinterpret_cast<const stbi_uc*>(bytes->data());
@@ -258,7 +264,7 @@ Result<ColorPicture> read_texture(const std::string& path) {
         return Error{fmt::format("{}: {} x {} pixels; a side of a texture must have at most {}",
                                  path, picture.width, picture.height, kTextureSideMax)};
     }
-    if (Status status = check_picture_chunks(path); !status) return Error{status.error()};
+    if (Status status = check_picture_chunks(path, *bytes); !status) return Error{status.error()};
     constexpr int kChannels = 4;
     const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
         stbi_load_from_memory(data, size, &picture.width, &picture.height, &channels, kChannels),
@@ -271,9 +277,13 @@ Result<ColorPicture> read_texture(const std::string& path) {
 
 Result<HeightMapFill> read_height_map(const std::string& path, double min_height_m,
                                       double max_height_m) {
+    const auto bytes = read_file(path, kPictureBytes);
+    if (!bytes) return Error{bytes.error()};
+    const auto* data = reinterpret_cast<const stbi_uc*>(bytes->data());
+    const int size = static_cast<int>(bytes->size());
     HeightMapFill fill;
     int channels = 0;
-    if (!stbi_info(path.c_str(), &fill.width, &fill.height, &channels)) {
+    if (!stbi_info_from_memory(data, size, &fill.width, &fill.height, &channels)) {
         return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
     }
     if (fill.width > kPictureSideMax || fill.height > kPictureSideMax ||
@@ -283,9 +293,10 @@ Result<HeightMapFill> read_height_map(const std::string& path, double min_height
                         "the picture down",
                         path, fill.width, fill.height, kPictureSideMax)};
     }
-    if (Status status = check_picture_chunks(path); !status) return Error{status.error()};
+    if (Status status = check_picture_chunks(path, *bytes); !status) return Error{status.error()};
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
-        stbi_load_16(path.c_str(), &fill.width, &fill.height, &channels, 1), stbi_image_free);
+        stbi_load_16_from_memory(data, size, &fill.width, &fill.height, &channels, 1),
+        stbi_image_free);
     if (!pixels) return Error{fmt::format("{}: {}", path, stbi_failure_reason())};
     const int count = fill.width * fill.height;
     fill.heights_m.reserve(static_cast<size_t>(count));
