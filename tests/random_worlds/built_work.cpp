@@ -88,8 +88,9 @@ void BuiltWorld::add_joint_work(double substep_s) {
     }
 }
 
-/// Where bodies overlap Bullet gives them a velocity that takes them apart. What contacts take out
-/// is theirs to take.
+/// Where bodies overlap Bullet gives them a velocity that takes them apart, and friction that it
+/// solves in turn with it drags some on: in world 8000081 a cylinder that the soil does not see
+/// creeps up 35 deg of its surface, by 0.6 voxels a second. What contacts take out is theirs.
 void BuiltWorld::add_contact_work() {
     for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
@@ -101,8 +102,12 @@ void BuiltWorld::add_contact_work() {
             const btVector3 on_b = p.getPositionWorldOnB() - b.getWorldTransform().getOrigin();
             const btVector3 apart_m_s =
                 of_a.velocity + of_a.spin.cross(on_a) - of_b.velocity - of_b.spin.cross(on_b);
-            contact_work_j_ += std::max(
-                0.0, static_cast<double>(p.m_appliedImpulse * apart_m_s.dot(p.m_normalWorldOnB)));
+            const btVector3 friction_n_s = p.m_appliedImpulseLateral1 * p.m_lateralFrictionDir1 +
+                                           p.m_appliedImpulseLateral2 * p.m_lateralFrictionDir2;
+            const btScalar pushed_j = p.m_appliedImpulse * apart_m_s.dot(p.m_normalWorldOnB);
+            const btScalar dragged_j = friction_n_s.dot(apart_m_s);
+            contact_work_j_ += static_cast<double>(std::max(btScalar(0), pushed_j) +
+                                                   std::max(btScalar(0), dragged_j));
         }
     }
 }
