@@ -285,6 +285,7 @@ bulletsoil_result bulletsoil_get_body_report(const bulletsoil_soil* soil, const 
         out.contact_patch_count = from.patch_count;
         out.is_in_contact = from.patch_count > 0 || from.load_kg > 0;
         copy(from.load_n, out.load_n);
+        copy(from.through_load_n, out.through_load_n);
         narrow_into(*report, out, struct_size);
     });
 }

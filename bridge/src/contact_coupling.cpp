@@ -319,6 +319,7 @@ void ContactCoupling::act(const BodyWork& work) {
     if (is_given(coupled.body)) {
         coupled.report.force_n = contact.mobilized_force_n;
         coupled.report.torque_n_m = contact.mobilized_torque_n_m;
+        coupled.pressed.clear();
         known_.set_pressure(coupled.body.id, contact.mobilized_pressure_pa);
         coupled.report.peak_force_n =
             std::max(coupled.report.peak_force_n, length(contact.mobilized_force_n));
@@ -436,7 +437,13 @@ void ContactCoupling::set_wheel_forces(int body_id, std::span<const double> norm
 
 BodyReport ContactCoupling::report(int body_id) const {
     const auto found = coupled_.find(body_id);
-    return found == coupled_.end() ? BodyReport{} : found->second.report;
+    BodyReport out = found == coupled_.end() ? BodyReport{} : found->second.report;
+    for (const auto& [id, coupled] : coupled_) {
+        for (const PressedBody& pressed : coupled.pressed) {
+            if (pressed.id == body_id) out.through_load_n += pressed.force_n;
+        }
+    }
+    return out;
 }
 
 }  // namespace bsoil::bullet

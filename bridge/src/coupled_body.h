@@ -60,6 +60,12 @@ struct Carrier {
     Vec3 motion_in(double substep_s, Vec3 offset_m) const;
 };
 
+/// Force on a body through the soil that it carries.
+struct PressedBody {
+    int id = -1;
+    Vec3 force_n;
+};
+
 /// A body beside soil.
 struct CoupledBody {
     BodyState body;
@@ -86,6 +92,7 @@ struct CoupledBody {
     /// Of its normal limits by bin: the mean while it slept, and what that was at first.
     std::array<double, kNormalBinCount> mean_limits_n{}, limits_at_sleep_n{};
     BodyReport report;
+    std::vector<PressedBody> pressed;  ///< carriers, by the last solve
     ContactMemory memory;
     std::unique_ptr<const ContactLaw> law;  ///< against this body's surface
     SurfaceFriction law_surface;

@@ -214,6 +214,7 @@ void CouplingSnapshot::Memory::list_coupled(StateStream& stream,
     for (double& limit_n : coupled.mean_limits_n) stream(limit_n);
     for (double& limit_n : coupled.limits_at_sleep_n) stream(limit_n);
     list(stream, coupled.report);
+    stream.list(coupled.pressed, 28, [&](PressedBody& body) { stream(body.id, body.force_n); });
     std::vector<PressedSoil> pressed(coupled.memory.soil().begin(), coupled.memory.soil().end());
     stream.list(pressed, 80, [&](PressedSoil& soil) {
         stream(soil.center_m, soil.normal, soil.slid_m, soil.retreat_m);
@@ -324,6 +325,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         copy.mean_limits_n = coupled.mean_limits_n;
         copy.limits_at_sleep_n = coupled.limits_at_sleep_n;
         copy.report = coupled.report;
+        copy.pressed = coupled.pressed;
         copy.memory = coupled.memory;
         copy.motions = coupled.motions;
         for (const Carrier& carrier : coupled.carriers) {

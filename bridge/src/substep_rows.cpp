@@ -357,7 +357,16 @@ void SubstepRows::close(btScalar substep_s) {
         // Not solved: asleep. What held it when it fell asleep still does.
         if (!read_forces(coupled, substep_s, torque)) continue;
         Vec3 force;
-        for (const CoupledPatch& patch : coupled.patches) force += patch.applied_force_n;
+        coupled.pressed.clear();
+        for (const CoupledPatch& patch : coupled.patches) {
+            force += patch.applied_force_n;
+            const int carrier = patch.patch.carrier;
+            if (carrier < 0) continue;
+            if (coupled.pressed.empty() || coupled.pressed.back().id != carrier) {
+                coupled.pressed.push_back({carrier, {}});
+            }
+            coupled.pressed.back().force_n += -patch.applied_force_n;
+        }
         coupled.report.force_n = force;
         coupled.report.torque_n_m = torque;
         coupled.report.peak_force_n = std::max(coupled.report.peak_force_n, length(force));

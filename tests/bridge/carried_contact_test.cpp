@@ -157,6 +157,14 @@ TEST_P(RockOnBed, is_held_up_at_the_soils_surface) {
     EXPECT_LT(bottom_m, kFloorM + kSoilM + 0.01);
     EXPECT_NEAR(bed.soil->body_report(rock).force_n.y, kRockWeightN, 0.02 * kRockWeightN);
     EXPECT_GT(bed.soil->body_report(rock).sinkage_m, 0);
+    // To the last bit, while it is awake and when it sleeps.
+    for (int frame = 0; frame < 180; ++frame) {
+        const BodyReport of_rock = bed.soil->body_report(rock);
+        const BodyReport of_bed = bed.soil->body_report(bed.object());
+        ASSERT_EQ(of_bed.through_load_n, -of_rock.force_n);
+        ASSERT_EQ(of_rock.through_load_n, Vec3{});
+        bed.scene.run(1.0 / 60);
+    }
 }
 
 TEST_P(RockOnDynamicBed, weighs_on_the_bed_as_much_as_it_weighs) {
@@ -258,6 +266,9 @@ TEST(RockOnBedSnapshot, goes_on_bit_for_bit) {
     SoilAction* other[] = {two.soil.get()};
     const Status loaded = load_world(*two.scene.world, other, file.path());
     ASSERT_TRUE(loaded) << loaded.error();
+    const Vec3 pressed_n = one.soil->body_report(one.object()).through_load_n;
+    EXPECT_LT(pressed_n.y, -0.5 * kRockWeightN);
+    EXPECT_EQ(two.soil->body_report(two.object()).through_load_n, pressed_n);
     for (int i = 0; i < 30; ++i) {
         one.scene.run(1.0 / 60);
         two.scene.run(1.0 / 60);

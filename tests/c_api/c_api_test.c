@@ -25,7 +25,7 @@ static void a_ball_rests_on_sand(void) {
     void* ball = test_world_add_ball(world, mass_kg, 0.85);
     int64_t steps = -1, units_before = 0, units_after = 0;
     double mass_before_kg = 0;
-    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}};
+    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}, {0}};
 
     CHECK_OK(bulletsoil_get_totals(soil, 1, &units_before, &mass_before_kg));
     CHECK(fabs(mass_before_kg - 2 * 0.5 * 2 * 1600) < 1);
@@ -39,6 +39,7 @@ static void a_ball_rests_on_sand(void) {
     CHECK_OK(bulletsoil_get_body_report(soil, ball, &report));
     CHECK(report.is_in_contact && report.contact_patch_count > 0);
     CHECK(fabs(report.force_n[1] - weight_n) < 0.02 * weight_n);
+    CHECK(report.through_load_n[1] == 0); /* nothing stands on it */
     CHECK(report.peak_force_n > report.force_n[1]); /* it fell */
     CHECK(report.sinkage_m > 0 && report.sinkage_m < 0.3);
     CHECK(surface_height_m(soil, 0, 0) < 0.5);
@@ -57,7 +58,7 @@ static double sinkage_by_law(int32_t law, double kphi_pa_m_n) {
     bulletsoil_soil_def def = small_def();
     bulletsoil_soil* soil;
     void* ball = test_world_add_ball(world, 100, 0.85);
-    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}};
+    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}, {0}};
     def.contact_law = law;
     def.bekker = &sand;
     def.bekker_count = 1;
@@ -110,7 +111,7 @@ static void an_ignored_ball_falls_through(void) {
     void* world = test_world_create();
     bulletsoil_soil* soil = create_bed(world);
     void* ball = test_world_add_ball(world, 100, 0.85);
-    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}};
+    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}, {0}};
     const uint64_t before = checksum(soil);
     CHECK_OK(bulletsoil_set_body_ignored(soil, ball, 1));
     test_world_step(world, 30);

@@ -161,7 +161,7 @@ void bad_arguments_are_refused(void) {
     bulletsoil_soil* soil = create_bed(world);
     void* ball = test_world_add_ball(world, 100, 0.85);
     const uint64_t before = checksum(soil);
-    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}};
+    bulletsoil_body_report report = {sizeof report, {0}, {0}, 0, 0, 0, 0, 0, 0, {0}, {0}};
 
     CHECK_INVALID(bulletsoil_fill_box(soil, NULL, bed_max_m, NULL), "min_m is null");
     CHECK_INVALID(bulletsoil_fill_box(soil, bed_min_m, NULL, NULL), "max_m is null");

@@ -173,7 +173,7 @@ Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object) {
     for (const bullet::SoilAction* soil : world.soils()) {
         if (soil->options(object).coverage_only) continue;
         const bullet::BodyReport report = soil->body_report(object);
-        sum += report.force_n + report.load_n;
+        sum += report.force_n + report.load_n + report.through_load_n;
     }
     for (const BuiltWorld::Car& car : world.cars()) {
         if (car.chassis != &object) continue;
@@ -286,21 +286,6 @@ WeighedTogether::WeighedTogether(const BuiltWorld& world) {
     for (const JointPlan& joint : world.plan().joints) {
         const btRigidBody *a = world.body(joint.a), *b = world.body(joint.b);
         if (!joint.dropped && a && b) join(a, b);
-    }
-    for (const bullet::SoilAction* soil : world.soils()) {
-        std::map<int, const btCollisionObject*> bodies;
-        for (const MovingPart& part : moving_parts(world)) {
-            bodies[soil->body_id(*part.object)] = part.object;
-        }
-        for (const ContactVoxel& contact : soil->last_report().contacts) {
-            const auto on = bodies.find(contact.body), under = bodies.find(contact.carrier);
-            if (contact.carrier < 0 || on == bodies.end() || under == bodies.end()) continue;
-            join(on->second, under->second);
-            const btCollisionObject* both = key_of(on->second);
-            for (auto& [object, key] : keys_) {
-                if (key == both) key = nullptr;
-            }
-        }
     }
 }
 

@@ -34,7 +34,7 @@ double energy_j(const BuiltWorld& world, std::span<const MovingPart> parts);
 /// Distance along up [m].
 double height_m(const BuiltWorld& world, Vec3 world_m);
 /// Force of all soils on the body, and of the ground on a car's wheels, with the weight of what it
-/// carries and the push of what falls on it: what bears it [N].
+/// carries, the push of what falls on it and what stands on that: what bears it [N].
 Vec3 soil_force_n(const BuiltWorld& world, const btCollisionObject& object);
 double load_kg(const BuiltWorld& world, const btCollisionObject& object);
 /// Whether the forces on a car that stands add up to its weight: none of them is left out.
@@ -55,9 +55,7 @@ bool reaches_into(const bullet::SoilAction& soil, const btCollisionObject& objec
 /// Whether a body is over no soil, or has gone through its floor.
 bool has_left_soil(const BuiltWorld& world, const MovingPart& part);
 
-/// Bodies of a joint and a chain's links: together they weigh what soil bears of them. What lies on
-/// the load of another body presses on that one through its load, and no report tells with what
-/// force: nobody can tell what they weigh. In world 5002168 that were 320 N of 9.6 kN.
+/// Bodies of a joint and a chain's links: together they weigh what soil bears of them.
 class WeighedTogether {
   public:
     explicit WeighedTogether(const BuiltWorld& world);

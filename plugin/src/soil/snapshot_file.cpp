@@ -23,8 +23,8 @@ namespace bsoil {
 namespace {
 
 constexpr char kMagic[8] = {'B', 'S', 'O', 'I', 'L', 'S', 'N', 'P'};
-// 26: the torque of raycast wheels.
-constexpr uint32_t kVersion = 26;
+// 27: what bodies press on their carriers with.
+constexpr uint32_t kVersion = 27;
 constexpr uint32_t kSectionsMost = 64;
 constexpr size_t kNameBytes = 16;
 constexpr size_t kHeadBytes = sizeof(kMagic) + 4 + 4;

@@ -64,9 +64,12 @@ struct BodyReport {
     /// weight, less what walls of others bear of it and with what the body bears as such a wall,
     /// and the push of soil whose velocity the body has changed. What accelerates load_kg with a
     /// dynamic body is not in it: Bullet's solver has that mass with the body. For a driven body,
-    /// which feels nothing, it is of the last soil step, and all is in it. What stands on the load
-    /// presses on the body through it, and is in neither: it is the opposite of its own force_n.
+    /// which feels nothing, it is of the last soil step, and all is in it.
     Vec3 load_n;
+    /// Force of bodies that stand on the soil it carries, which press on it through that soil,
+    /// besides force_n and load_n: the opposite of what that soil does to them. Driven bodies and
+    /// wheels of a btRaycastVehicle press on no other body.
+    Vec3 through_load_n;
     int patch_count = 0;  ///< contact patches, each one normal and two tangential constraint rows
 };
 

@@ -367,6 +367,8 @@ typedef struct bulletsoil_body_report {
     /** of the soil it carries and of soil that falls on it, besides force_n: weight, and the push
      * of soil whose velocity the body has changed; see BodyReport */
     double load_n[3];
+    /** of bodies that stand on the soil it carries, besides force_n and load_n; see BodyReport */
+    double through_load_n[3];
 } bulletsoil_body_report;
 
 /** All zero for a body that does not touch the soil, or is none of the world's. */
