@@ -334,11 +334,16 @@ bool stops_at_wall(int slot, ivec3 step, ivec3 axes, INOUT(Parcel) parcel, INOUT
 // met that edge whenever it fell, stopped there, and never came down.
 ivec3 whole_step(int slot, ivec3 wanted, INOUT(Parcel) parcel, INOUT(ivec3) lost) {
     ivec3 step = wanted;
-    if (stops_at_wall(slot, ivec3(step.x, 0, 0), ivec3(1, 0, 0), parcel, lost)) step.x = 0;
-    if (stops_at_wall(slot, ivec3(0, step.y, 0), ivec3(0, 1, 0), parcel, lost)) step.y = 0;
-    if (stops_at_wall(slot, ivec3(0, 0, step.z), ivec3(0, 0, 1), parcel, lost)) step.z = 0;
-    ivec3 level = ivec3(abs(step.x), abs(step.y), 0);
-    if (step.z != 0 && stops_at_wall(slot, step, level, parcel, lost)) step = ivec3(0, 0, step.z);
+    // One call for all three and the corner: a compiler copies what it calls to each place.
+    for (int axis = 0; axis < 4; ++axis) {
+        ivec3 tried = ivec3(axis == 0 ? step.x : 0, axis == 1 ? step.y : 0, axis == 2 ? step.z : 0);
+        ivec3 stopped = abs(tried);
+        if (axis == 3 && step.z != 0) {
+            tried = step;
+            stopped = ivec3(abs(step.x), abs(step.y), 0);
+        }
+        if (stops_at_wall(slot, tried, stopped, parcel, lost)) step = step - step * stopped;
+    }
     return step;
 }
 

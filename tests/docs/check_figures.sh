@@ -124,14 +124,23 @@ compare() {
     done < <(awk -v first="$line" 'FNR > first + 1 { if (!/^\|/) exit; print }' "$file")
 }
 
-# held_by PLACE Suite.test: BOUND...: each bound is a number in the test's text, up to the brace that closes it.
+# All tests, once: "Suite.test<tab>LINE" for each line of a test's text, up to the brace that closes it.
+test_texts=$(mktemp)
+trap 'rm -f "$test_texts"' EXIT
+git ls-files -z 'tests/*.cpp' | xargs -0 awk '
+    FNR == 1 { name = "" }
+    match($0, /^TEST(_F|_P)?\([A-Za-z0-9_]+, [A-Za-z0-9_]+\)/) {
+        name = substr($0, 1, RLENGTH - 1)
+        sub(/^TEST(_F|_P)?\(/, "", name)
+        sub(/, /, ".", name)
+    }
+    name { print name "\t" $0 }
+    /^}/ || /^TEST.*}$/ { name = "" }' >"$test_texts"
+
+# held_by PLACE Suite.test: BOUND...: each bound is a number in the test's text.
 held_by() {
     local place=$1 name=${2%:} text bound
-    text=$(git ls-files -z 'tests/*.cpp' | xargs -0 awk -v suite="${name%%.*}" -v test="${name#*.}" '
-        FNR == 1 { inside = 0 }
-        $0 ~ "^TEST(_F|_P)?\\(" suite ", " test "\\)" { inside = 1 }
-        inside { print }
-        inside && (/^}/ || /^TEST.*}$/) { inside = 0 }')
+    text=$(grep -F -- "$name"$'\t' "$test_texts" | grep -- "^$name"$'\t' | cut -f 2-)
     [[ -n $text ]] || { fail "$place: no test $name"; return; }
     (($# > 2)) || fail "$place: which bounds of $name?"
     for bound in "${@:3}"; do
@@ -141,23 +150,31 @@ held_by() {
 
 # from_files PLACE FILE...: the numbers of the table or paragraph below the mark, units and all, are in one of the files.
 from_files() {
-    local file=${1%:*} line=${1##*:} source number
+    local file=${1%:*} line=${1##*:} source number text
     shift
     for source in "$@"; do
         [[ -f $source ]] || { fail "$file:$line: no file $source"; return; }
     done
+    text=$(cat "$@")
     while IFS= read -r number; do
-        cat "$@" | grep -qE "(^|[^0-9.])${number//./\\.}([^0-9.]|\.?$|\.[^0-9])" || fail "$file:$line: $number is not in $*"
+        grep -qE "(^|[^0-9.])${number//./\\.}([^0-9.]|\.?$|\.[^0-9])" <<<"$text" || fail "$file:$line: $number is not in $*"
     done < <(awk -v from="$line" 'FNR < from { next } !NF { exit } { print }' "$file" | sed -E 's/`[^`]*`|\]\([^)]*\)|<!--.*-->//g' |
         grep -oE '\b[0-9]+(\.[0-9]+)?( (m|mm|Pa|kPa|MPa|s|N|%)\b)?' | grep -E '\.| ' | sed 's/ .*//' | sort -u)
 }
 
+declare -A is_command
 # check_source PLACE WORD...: a command of bsoil or a test, if it is one, is there. False where it is neither.
 check_source() {
     local place=$1 name=${2%[,:]} command=${3-}
     case $name in
-        bsoil) "$(program_of bsoil)" "${command%[,:]}" --help >/dev/null 2>&1 || fail "$place: no command 'bsoil $command'" ;;
-        [A-Z]*.*) grep -rqE "TEST(_F|_P)?\(${name%%.*}, ${name#*.}" tests || fail "$place: no test $name" ;;
+        bsoil)
+            command=${command%[,:]}
+            if [[ ! ${is_command[$command]+is_there} ]]; then
+                "$(program_of bsoil)" "$command" --help >/dev/null 2>&1 && is_command[$command]=yes || is_command[$command]=
+            fi
+            [[ ${is_command[$command]} ]] || fail "$place: no command 'bsoil $command'"
+            ;;
+        [A-Z]*.*) grep -q -- "^${name/./\\.}" "$test_texts" || fail "$place: no test $name" ;;
         *) return 1 ;;
     esac
 }
