@@ -15,6 +15,8 @@
 namespace bsoil::bullet {
 namespace {
 
+using bullet::list;  // beside those below
+
 /// Looks at a world, which are counted: some million years of them.
 constexpr unsigned long long kScansMost = 1ull << 53;
 
@@ -26,11 +28,6 @@ void list_object(StateStream& stream, const btDiscreteDynamicsWorld& world,
     stream(index);
     if (index < 0 || index >= objects.size()) return stream.refuse();
     object = objects[index];
-}
-
-void list(StateStream& stream, BodyMotion& motion) {
-    stream(motion.pose, motion.center_of_mass_m, motion.linear_velocity_m_s,
-           motion.angular_velocity_rad_s);
 }
 
 /// Whether an object can play a role: the coupling casts by it.
@@ -253,10 +250,10 @@ void CouplingSnapshot::Memory::list_surface(StateStream& stream, GroundSurface::
 void CouplingSnapshot::Memory::list_falling(StateStream& stream,
                                             std::pair<int, FirstContacts::Falling>& entry) {
     FirstContacts::Falling& falling = entry.second;
-    stream(entry.first, falling.surface.plane.position_m, falling.surface.plane.normal,
-           falling.surface.material, falling.surface.relative_density, falling.surface.saturation,
-           falling.surface.undisturbed, falling.lead_m_s, falling.speed_m_s, falling.age_s);
-    const SurfaceSoil& surface = falling.surface;
+    SurfaceSoil& surface = falling.surface;
+    stream(entry.first, surface.plane.position_m, surface.plane.normal, surface.material,
+           surface.relative_density, surface.saturation, surface.undisturbed, falling.lead_m_s,
+           falling.speed_m_s, falling.age_s);
     const bool is_direction = std::abs(length(surface.plane.normal) - 1) < 1e-6;
     const bool is_soil = surface.material >= 0 && surface.relative_density >= -1 &&
                          surface.relative_density <= 1 && surface.saturation >= 0 &&

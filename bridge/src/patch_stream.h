@@ -1,13 +1,19 @@
-/// Patches and their elements in a snapshot.
+/// Patches, their elements and motions of bodies in a snapshot.
 #pragma once
 
 #include <algorithm>
 #include <span>
 
+#include "bsoil/contact/contact_motion.h"
 #include "bsoil/contact/contact_patches.h"
 #include "bsoil/snapshot_file.h"
 
 namespace bsoil::bullet {
+
+inline void list(StateStream& stream, BodyMotion& motion) {
+    stream(motion.pose, motion.center_of_mass_m, motion.linear_velocity_m_s,
+           motion.angular_velocity_rad_s);
+}
 
 inline void list(StateStream& stream, ContactPatch& patch) {
     stream(patch.bin, patch.carrier, patch.point_m, patch.normal, patch.normal_limit_n,
