@@ -61,4 +61,7 @@ inline bool is_in_world(const btCollisionWorld& world, const BodyState& body) {
            body.object->getInternalType() == body.internal_type;
 }
 
+/// Nothing where it has left the world.
+void wake_object(const btCollisionWorld& world, const BodyState& body);
+
 }  // namespace bsoil::bullet

@@ -171,11 +171,11 @@ void ContactCoupling::list_pressed_soil() {
 
 void ContactCoupling::wake(CoupledBody& coupled) {
     coupled.asleep_step_count = 0;
-    wake(coupled.body);
+    wake_object(world_, coupled.body);
 }
 
-void ContactCoupling::wake(const BodyState& body) {
-    if (!is_in_world(world_, body)) return;
+void wake_object(const btCollisionWorld& world, const BodyState& body) {
+    if (!is_in_world(world, body)) return;
     if (body.role == BodyRole::link) {
         static_cast<btMultiBodyLinkCollider*>(body.object)->m_multiBody->wakeUp();
     }
@@ -293,11 +293,11 @@ void ContactCoupling::keep_awake_with_carriers(CoupledBody& coupled) {
         const bool moves = length(motion.linear_velocity_m_s) > kContactMotion.driven_rest_m_s ||
                            length(motion.angular_velocity_rad_s) > kContactMotion.driven_rest_m_s;
         if (!carrier.feels()) {
-            if (moves && coupled.body.is_asleep) wake(coupled.body);
+            if (moves && coupled.body.is_asleep) wake_object(world_, coupled.body);
         } else if ((is_link || carrier.is_link()) && carrier.body.is_asleep &&
                    is_in_world(world_, coupled.body) &&
                    coupled.body.object->getActivationState() == ACTIVE_TAG) {
-            wake(carrier.body);
+            wake_object(world_, carrier.body);
         }
     }
 }

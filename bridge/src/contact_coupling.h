@@ -165,7 +165,6 @@ class ContactCoupling {
                         double duration_s) const;
     void keep_awake_with_carriers(CoupledBody& coupled);
     void wake(CoupledBody& coupled);
-    void wake(const BodyState& body);
     void wake_if_changed(CoupledBody& coupled);
     btDiscreteDynamicsWorld& world_;
     std::shared_ptr<const ContactSoil> soil_;

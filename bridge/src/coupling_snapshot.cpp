@@ -11,6 +11,7 @@
 #include "bullet_stream.h"
 #include "load_bounds.h"
 #include "patch_stream.h"
+#include "wheel_stream.h"
 
 namespace bsoil::bullet {
 namespace {
@@ -57,61 +58,6 @@ void list(StateStream& stream, BodyReport& report) {
            report.sinkage_m, report.compression_m, report.load_kg, report.patch_count);
 }
 
-void list(StateStream& stream, SoilWheelReport& report) {
-    stream(report.is_on_soil, report.normal_force_n, report.traction_n, report.side_force_n,
-           report.torque_n_m, report.sinkage_m, report.spin_rad_s, report.slip);
-}
-
-void list(StateStream& stream, WheelForces& forces) {
-    stream(forces.rise_m_s, forces.spin_rad_s, forces.normal_n, forces.forward_n, forces.side_n,
-           forces.torque_n_m, forces.strut_n, forces.is_at_end);
-}
-
-void list(StateStream& stream, WheelMemory& wheel) {
-    SoilWheelDef& def = wheel.def;
-    stream(def.width_m, def.mass_kg, def.rim_speed_max_m_s, def.surface.friction,
-           def.surface.adhesion_pa, wheel.radius_m);
-    stream(wheel.id, wheel.is_placed, wheel.has_met_soil, wheel.length_m, wheel.rise_m_s,
-           wheel.spin_rad_s);
-    list(stream, wheel.motion);
-    stream(wheel.was_cast, wheel.was_in_grid, wheel.contact_center_m, wheel.is_on_soil,
-           wheel.strut_most_n);
-    list(stream, wheel.forces);
-    list(stream, wheel.report);
-    if (wheel.id < 0 || wheel.id > limits::kBodyIdMost) stream.refuse();
-}
-
-void list(StateStream& stream, VehicleMemory& vehicle) {
-    stream.list(vehicle.wheels, 300, [&](WheelMemory& wheel) { list(stream, wheel); });
-    stream(vehicle.across_struts_n, vehicle.normal_n);
-    if (vehicle.wheels.empty()) stream.refuse();
-}
-
-/// How a wheel that was saved differs; empty: not at all.
-std::string difference(const WheelMemory& saved, const WheelMemory& here) {
-    const std::pair<const char*, double WheelMemory::*> own[] = {
-        {"m_wheelsRadius", &WheelMemory::radius_m}};
-    const std::pair<const char*, double SoilWheelDef::*> of_def[] = {
-        {"width_m", &SoilWheelDef::width_m},
-        {"mass_kg", &SoilWheelDef::mass_kg},
-        {"rim_speed_max_m_s", &SoilWheelDef::rim_speed_max_m_s}};
-    const std::pair<const char*, double SurfaceFriction::*> of_surface[] = {
-        {"friction", &SurfaceFriction::friction}, {"adhesion_pa", &SurfaceFriction::adhesion_pa}};
-    std::string out;
-    const auto compare = [&out](const auto& fields, const auto& a, const auto& b) {
-        for (const auto& [name, field] : fields) {
-            if (out.empty() && a.*field != b.*field) {
-                out = std::string(name) + " " + std::to_string(b.*field) + ", in the snapshot " +
-                      std::to_string(a.*field);
-            }
-        }
-    };
-    compare(own, saved, here);
-    compare(of_def, saved.def, here.def);
-    compare(of_surface, saved.def.surface, here.def.surface);
-    return out;
-}
-
 }  // namespace
 
 struct CouplingSnapshot::Memory {
@@ -125,6 +71,7 @@ struct CouplingSnapshot::Memory {
     std::vector<CoupledBody> coupled;
     std::vector<CarriedLoads::Loaded> loaded;
     std::vector<std::pair<int, Vec3>> felt_n;  ///< of loads, for reports
+    std::vector<std::pair<int, SleepingLoads::Sleeper>> sleepers;
     std::vector<std::pair<int, FirstContacts::Falling>> falling;
     std::vector<VehicleMemory> vehicles;
     std::vector<GroundSurface::MetTile> surface;
@@ -340,6 +287,7 @@ CouplingSnapshot CouplingSnapshot::of(const Parts& parts) {
         if (is_in_world(parts.world, loaded.body)) m.loaded.push_back(loaded);
     }
     m.felt_n.assign(parts.carried.felt_n_.begin(), parts.carried.felt_n_.end());
+    m.sleepers.assign(parts.sleeping.sleepers_.begin(), parts.sleeping.sleepers_.end());
     m.falling.assign(parts.first_contacts.bodies_.begin(), parts.first_contacts.bodies_.end());
     for (const VehicleOnSoil* wheels : parts.vehicles.attached()) {
         m.vehicles.push_back(wheels->memory());
@@ -359,6 +307,11 @@ void CouplingSnapshot::serialize(StateStream& stream, const btDiscreteDynamicsWo
     stream.list(m.felt_n, 28, [&](auto& felt) {
         stream(felt.first, felt.second);
         if (felt.first < 0 || felt.first > limits::kBodyIdMost) stream.refuse();
+    });
+    stream.list(m.sleepers, 56, [&](auto& entry) {
+        auto& [id, sleeper] = entry;
+        stream(id, sleeper.step_count, sleeper.mean_n, sleeper.at_sleep_n);
+        if (id < 0 || id > limits::kBodyIdMost || sleeper.step_count < 0) stream.refuse();
     });
     stream.list(m.falling, 88, [&](auto& entry) { Memory::list_falling(stream, entry); });
     stream.list(m.vehicles, 300, [&](VehicleMemory& vehicle) { list(stream, vehicle); });
@@ -489,6 +442,7 @@ void CouplingSnapshot::put_into(const Parts& parts) {
         parts.carried.loaded_[loaded.body.id] = loaded;
     }
     parts.carried.felt_n_ = {m.felt_n.begin(), m.felt_n.end()};
+    parts.sleeping.sleepers_ = {m.sleepers.begin(), m.sleepers.end()};
     parts.first_contacts.bodies_ = {m.falling.begin(), m.falling.end()};
     const std::vector<VehicleOnSoil*> attached = parts.vehicles.attached();
     for (size_t i = 0; i < attached.size(); ++i) attached[i]->set_memory(m.vehicles[i]);

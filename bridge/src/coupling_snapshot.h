@@ -9,6 +9,7 @@
 #include "carried_load.h"
 #include "contact_coupling.h"
 #include "first_contact.h"
+#include "sleeping_loads.h"
 #include "soil_vehicles.h"
 
 namespace bsoil::bullet {
@@ -21,6 +22,7 @@ class CouplingSnapshot {
         BodyCollector& collector;
         ContactCoupling& coupling;
         CarriedLoads& carried;
+        SleepingLoads& sleeping;
         FirstContacts& first_contacts;
         SoilVehicles& vehicles;
         GroundSurface& surface;

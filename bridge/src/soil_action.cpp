@@ -71,6 +71,7 @@ SoilAction::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, std::unique_ptr<So
       coupling(bullet_world, soil->contact_soil(), soil->known_contacts(), options,
                soil->threads()),
       carried(bullet_world, up_of(soil->def()), soil->def().gravity_m_s2),
+      sleeping(bullet_world, options.wake_weight_fraction),
       surface(*soil),
       soil_below(*soil, surface, up_of(soil->def())),
       first_contacts(collector, coupling, soil_below, up_of(soil->def())),
@@ -176,10 +177,9 @@ BodyReport SoilAction::body_report(const btCollisionObject& object) const {
     BodyReport out = impl_->coupling.report(id);
     for (const BodyLoad& load : impl_->current_report().loads) {
         if (load.body != id) continue;
-        const SoilDef& def = impl_->soil->def();
         out.load_kg = load.mass_kg;
-        const Vec3 weight_n = (load.held_kg - load.mass_kg) * def.gravity_m_s2 * up_of(def);
-        out.load_n = weight_n - load.impulse_n_s * (1 / def.step_s);
+        const SoilDef& def = impl_->soil->def();
+        out.load_n = force_of(load, gravity_of(def), def.step_s);
     }
     if (std::ranges::count(impl_->feeling, id) > 0) out.load_n = impl_->carried.felt_n(id);
     return out;
@@ -233,6 +233,7 @@ void SoilAction::updateAction(btCollisionWorld*, btScalar substep_s) {
 void SoilAction::Impl::pause() {
     coupling.let_go();
     carried.let_go();
+    sleeping.let_go();
     first_contacts.let_go();
     clear_report();
     unstepped_s = uncollected_s = 0;
@@ -346,6 +347,7 @@ void SoilAction::Impl::take_report(bool are_contacts_unchanged) {
     first_contacts.soil_has_stepped(report.call_count * step_s);
     vehicles->take_contacts(are_contacts_fresh);
     carried.set_loads(*contact_bodies, moved_loads(), untaken_count * step_s);
+    sleeping.set_loads(*contact_bodies, report.loads, gravity_of(soil->def()), step_s);
     untaken_count = 0;
     if (ground) ground->drop_stale_contacts();
 }

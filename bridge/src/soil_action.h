@@ -12,6 +12,7 @@
 #include "contact_coupling.h"
 #include "coupling_snapshot.h"
 #include "first_contact.h"
+#include "sleeping_loads.h"
 #include "soil_ground.h"
 #include "soil_vehicles.h"
 #include "world_anchor.h"
@@ -68,7 +69,7 @@ struct SoilAction::Impl {
     /// Lets every body go.
     void pause();
     CouplingSnapshot::Parts parts() {
-        return {*world, collector, coupling, carried, first_contacts, *vehicles, surface};
+        return {*world, collector, coupling, carried, sleeping, first_contacts, *vehicles, surface};
     }
 
     /// Null once the host has emptied or destroyed it.
@@ -82,6 +83,7 @@ struct SoilAction::Impl {
     BodyCollector collector;
     ContactCoupling coupling;
     CarriedLoads carried;
+    SleepingLoads sleeping;
     std::unique_ptr<WorldAnchor> anchor;
     GroundSurface surface;
     SoilBelow soil_below;

@@ -29,10 +29,6 @@ std::string unit_hint(double ratio) {
     return "";
 }
 
-Vec3 gravity_of(const SoilDef& def) {
-    return def.up == UpAxis::y ? Vec3{0, -def.gravity_m_s2, 0} : Vec3{0, 0, -def.gravity_m_s2};
-}
-
 std::string text_of(Vec3 v) {
     char text[96];
     std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m/s2", v.x, v.y, v.z);
@@ -40,6 +36,10 @@ std::string text_of(Vec3 v) {
 }
 
 }  // namespace
+
+Vec3 gravity_of(const SoilDef& def) {
+    return def.up == UpAxis::y ? Vec3{0, -def.gravity_m_s2, 0} : Vec3{0, 0, -def.gravity_m_s2};
+}
 
 bool has_gravity_of(const btDiscreteDynamicsWorld& world, const SoilDef& def) {
     const Vec3 here = from_bullet(world.getGravity());

@@ -7,6 +7,9 @@
 
 namespace bsoil::bullet {
 
+/// Of the soil, along the world's axes [m/s2].
+Vec3 gravity_of(const SoilDef& def);
+
 /// Soil and bodies weigh by gravities that differ by no more than a twentieth, or the world has
 /// none (its host pulls each body by itself, or sets it later).
 bool has_gravity_of(const btDiscreteDynamicsWorld& world, const SoilDef& def);

@@ -177,11 +177,13 @@ TEST(SlowRandomWorlds, have_cars_of_any_size_that_stand) {
     expect_all_holds(6000073, 6000073, Run::watched, PlanKind::any, Sky::weather);
 }
 
-// A ball on soil of 105 kPa, a body of 1.4 g with 1 kg of soil on it, one with bodies on its load.
+// A ball on soil of 105 kPa, a body of 1.4 g with 1 kg of soil on it, one with bodies on its load,
+// and one that falls asleep under a jet.
 TEST(SlowRandomWorlds, weigh_what_they_weigh_on_stiff_soil_and_under_a_load) {
     expect_all_holds(15, 15, Run::watched, PlanKind::calm, Sky::weather);
     expect_all_holds(72, 72, Run::watched, PlanKind::calm, Sky::weather);
     expect_all_holds(5002168, 5002168, Run::watched, PlanKind::calm);
+    expect_all_holds(8005076, 8005076, Run::watched, PlanKind::any, Sky::weather);
 }
 
 // A pebble of 91 t that Bullet lifts out of a heightfield again and again, a chain that whips round

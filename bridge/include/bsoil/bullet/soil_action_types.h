@@ -24,7 +24,9 @@ struct SoilActionDef {
     /// A sleeping body is woken when the limits of its contact with the soil have changed by more
     /// than this fraction of their sum (plus wake_weight_fraction of its weight). 0..10
     double wake_limit_fraction = 0.1;
-    double wake_weight_fraction = 0.05;  ///< fraction of the body's weight, 0..10
+    /// Fraction of the body's weight, 0..10. It is woken as well when the force of the soil that it
+    /// carries has changed by more than this fraction of its weight and that force together.
+    double wake_weight_fraction = 0.05;
     /// Whether the soil's surface is an object of the world (SoilAction::ground) that rays, sweeps
     /// and bodies which are not coupled meet. Costs nothing but where they do.
     bool ground = true;
