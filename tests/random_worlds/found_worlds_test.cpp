@@ -29,6 +29,11 @@ TEST(SlowRandomWorlds, ask_nothing_of_what_others_hold_or_have_dug) {
     expect_all_holds(6100001, 6100001, Run::watched, PlanKind::any);
 }
 
+// A bank at an open side that stands by suction, until groundwater has filled its pores once more.
+TEST(SlowRandomWorlds, rest_once_groundwater_has_wetted_them) {
+    expect_all_holds(8010103, 8010103, Run::watched, PlanKind::small, Sky::weather);
+}
+
 // Soil that was filled into the air falls along with a capsule, and a little faster: 22 J.
 TEST(RandomWorlds, gain_energy_from_soil_that_falls_with_them) {
     expect_all_holds(2020070, 2020070, Run::watched, PlanKind::any);

@@ -45,6 +45,18 @@ TEST(RestTime, is_longer_where_wide_banks_drain) {
     EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
 }
 
+TEST(RestTime, is_longer_where_groundwater_wets_a_bank) {
+    WorldPlan plan = slab_in_the_air(0);
+    SoilDef& def = plan.soils[0].def;
+    def.water_table_m = 0.3;
+    def.materials[0].pore_water_fraction = 0.2;
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+    def.open_sides = kOpenLowX;
+    EXPECT_DOUBLE_EQ(rest_s(plan), 60);
+    def.water_table_m = 0;
+    EXPECT_DOUBLE_EQ(rest_s(plan), kQuickS);
+}
+
 // A bank of 19 columns of 32 cm that runs out rests after 241 s with viscosity 0.75, 64 s where it
 // settles (docs/decisions/rest.md).
 TEST(RestTime, is_longer_where_soil_is_viscous) {

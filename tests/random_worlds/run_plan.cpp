@@ -26,6 +26,9 @@ constexpr Drain kSettles{0.034, 0.045}, kRunsOut{0.05, 0.08};
 /// What drag slows while it runs out besides: so many times what a column's width takes at g over
 /// the rate of drag. All of them cover the table of docs/decisions/rest.md.
 constexpr double kDrainByDrag = 0.15;
+/// And a bank whose pores groundwater fills anew [s]. Ours, chosen after world 8010103 rested after
+/// 35 s: see docs/decisions/rest.md.
+constexpr double kWettedS = 60;
 /// More viscous soil is a known fault.
 constexpr double kViscosityMost = 0.75;
 /// One crumb in so many may take longer to come down than it is given.
@@ -161,6 +164,9 @@ double drains_s(const SoilDef& def) {
                runs_out = def.slides == SlideMotion::run_out;
     double most_s = 0;
     for (const MaterialDef& material : def.materials) {
+        if (is_open && def.water_table_m > 0 && material.pore_water_fraction > 0) {
+            most_s = std::max(most_s, kWettedS);
+        }
         if (!is_open && material.viscosity == 0) continue;
         const double slides = 1 - std::min(material.viscosity, kViscosityMost);
         const Drain& drain = runs_out ? kRunsOut : kSettles;
