@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bullet_types.h"
+#include "coupling_def.h"
 #include "expose.h"
 #include "lent_force.h"
 #include "world_anchor.h"
@@ -241,8 +242,11 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
     }
     given_.clear();
     for (auto& [id, loaded] : loaded_) {
-        loaded.push_n = loaded.debt_n_s * (-1 / interval_s);
-        loaded.push_n_m = loaded.debt_n_m_s * (-1 / interval_s);
+        const double most_kg =
+            kCoupling.load_most * static_cast<double>(LoadedBody(loaded.body).mass_kg());
+        const double share = std::min(1.0, most_kg / std::max(most_kg, loaded.load.mass_kg));
+        loaded.push_n = loaded.debt_n_s * (-share / interval_s);
+        loaded.push_n_m = loaded.debt_n_m_s * (-share / interval_s);
     }
 }
 

@@ -22,8 +22,8 @@ namespace bsoil::bullet {
 /// So the solver gives the load the body's change of velocity. What the body has really given the
 /// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
 /// its load slides. The difference is a debt of momentum, which the body pays over the time of a
-/// soil step. Body and soil together keep their momentum, but for the share of a debt that soil
-/// takes along when it leaves.
+/// soil step, or of more where its load is much heavier than it is. Body and soil together keep
+/// their momentum, but for the share of a debt that soil takes along when it leaves.
 ///
 /// Where walls hold up a part of a load (BodyLoad::held_kg), the weight of that part is taken off
 /// the body that carries it and given to the wall, at one point.

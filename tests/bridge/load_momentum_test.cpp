@@ -166,6 +166,27 @@ TEST(LoadMomentum, of_a_heavy_load_that_leaves_does_not_throw_a_light_body) {
     EXPECT_GT(least_m_s, -kSpeed_m_s);
 }
 
+// A plate of 5 g falls to the ground with some kilograms of sand on it, more on its one side. What
+// the ground stops it may not pay for alone: nothing is faster than sand that has fallen as far.
+TEST(LoadMomentum, of_a_heavy_load_throws_no_light_body) {
+    constexpr double kFall_m = 0.6;
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world, air());
+    btRigidBody& plate = scene.add_box(btScalar(0.005), btVector3(0.15f, 0.05f, 0.15f),
+                                       btVector3(0, btScalar(kBedTopM + 0.05 + kFall_m), 0));
+    const double above_m = kBedTopM + kFall_m + 0.1;
+    ASSERT_TRUE(soil->fill(BoxFill{{{0, above_m, -0.1}, {0.15, above_m + 0.2, 0.1}}, {}}));
+    double fastest_m_s = 0, most_kg = 0;
+    for (int i = 0; i < 180; ++i) {
+        scene.run(1.0 / 60);
+        fastest_m_s =
+            std::max(fastest_m_s, static_cast<double>(plate.getLinearVelocity().length()));
+        most_kg = std::max(most_kg, soil->body_report(plate).load_kg);
+    }
+    EXPECT_GT(most_kg, 1);
+    EXPECT_LT(fastest_m_s, 1.1 * std::sqrt(2 * kGravity_m_s2 * (kFall_m + 0.3)));
+}
+
 // Poured soil pushes with what stops it, besides its weight: rate times speed.
 TEST(LoadMomentum, of_poured_soil_pushes_beside_its_weight) {
     constexpr double kRate_kg_s = 30, kFall_m = 0.7;

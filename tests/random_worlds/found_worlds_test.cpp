@@ -86,6 +86,11 @@ TEST(SlowRandomWorlds, gain_no_energy_but_by_what_bullet_and_sources_do) {
     expect_all_holds(8000081, 8000081, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A capsule of 2 g under a stream of gravel, which flew off at 148 m/s.
+TEST(SlowRandomWorlds, gain_no_energy_of_loads_that_stop_a_step_later) {
+    expect_all_holds(8005063, 8005063, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A body on a joint that is put elsewhere and leaves 15 kg of soil behind.
 TEST(SlowRandomWorlds, gain_no_energy_of_loads_left_behind) {
     expect_all_holds(91022, 91022, Run::watched, PlanKind::any, Sky::weather);
