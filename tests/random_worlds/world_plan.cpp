@@ -10,8 +10,10 @@ namespace bsoil::random_worlds {
 
 namespace {
 using Kind = ShapePlan::Kind;
-/// Soil falls at least so many times as fast as wind rises, or it is as good as held up.
-constexpr double kNearlyHeld = 1.1;
+/// Soil falls at least so many times as fast as wind rises, or it is as good as held up. In world
+/// 9000054, at 1.15 times, wind presses a heap into a corner below the grid's end, which crumbles
+/// from below by a hundredth in 10 s. It was 1.1 until then.
+constexpr double kNearlyHeld = 1.25;
 }  // namespace
 
 double bound_m(const ShapePlan& shape) {
