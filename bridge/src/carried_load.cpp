@@ -44,6 +44,15 @@ class LoadedBody {
         if (rigid_) return 1 / rigid_->getInvMass();
         return is_base() ? multibody().getBaseMass() : link().m_mass;
     }
+    /// What moves with it: of a link all of its multibody, but for a fixed base.
+    double moved_kg() const {
+        if (rigid_) return static_cast<double>(mass_kg());
+        btScalar sum_kg = multibody().hasFixedBase() ? 0 : multibody().getBaseMass();
+        for (int i = 0; i < multibody().getNumLinks(); ++i) {
+            sum_kg += multibody().getLink(i).m_mass;
+        }
+        return static_cast<double>(sum_kg);
+    }
     /// Whether these were set. Bullet keeps a rigid body's inverses.
     bool has(const MassProps& props) const {
         if (!rigid_) return mass_kg() == props.mass_kg && inertia_kg_m2() == props.inertia_kg_m2;
@@ -242,8 +251,7 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
     }
     given_.clear();
     for (auto& [id, loaded] : loaded_) {
-        const double most_kg =
-            kCoupling.load_most * static_cast<double>(LoadedBody(loaded.body).mass_kg());
+        const double most_kg = kCoupling.load_most * LoadedBody(loaded.body).moved_kg();
         const double share = std::min(1.0, most_kg / std::max(most_kg, loaded.load.mass_kg));
         loaded.push_n = loaded.debt_n_s * (-share / interval_s);
         loaded.push_n_m = loaded.debt_n_m_s * (-share / interval_s);

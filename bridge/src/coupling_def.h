@@ -14,13 +14,13 @@ struct CouplingDef {
     int wake_steps = 16;
 
     // --- loads
-    /// Times its own mass, 1..100. A body that carries more than that pays for what its load got
-    /// besides (CarriedLoads) by that much less in each soil step. Ours: soil that is stopped by
-    /// the ground below the body gets its share from the solver a step before it stops, and a body
-    /// that paid at once flew off with it, ever faster as its load fell off. Larger, and light
-    /// bodies under heavy soil are thrown: with 30 a capsule of 2 g under a stream of gravel turned
-    /// at up to 717 rad/s, with 10 at 48, with 3 at 36 (seen before it was chosen). Smaller, and
-    /// buckets and truck beds feel what falls into them late.
+    /// Times its own mass, or its multibody's, 1..100. A body that carries more than that pays for
+    /// what its load got besides (CarriedLoads) by that much less in each soil step. Ours: soil
+    /// that is stopped by the ground below the body gets its share from the solver a step before it
+    /// stops, and a body that paid at once flew off with it, ever faster as its load fell off.
+    /// Larger, and light bodies under heavy soil are thrown: with 30 a capsule of 2 g under a
+    /// stream of gravel turned at up to 717 rad/s, with 10 at 48, with 3 at 36 (seen before it was
+    /// chosen). Smaller, and buckets and truck beds feel what falls into them late.
     double load_most = 10;
 
     // --- a patch's rows

@@ -72,27 +72,34 @@ TEST(LoadMomentum, of_a_sled_that_sand_falls_on_is_kept) {
     }
 }
 
-// The same as a link of a multibody that slides along x.
-TEST(LoadMomentum, of_a_link_that_sand_falls_on_is_kept) {
+/// The same as a link of a multibody that slides along x. Where its tray is a link of its own, that
+/// has next to no mass.
+void expect_kept_by_link(bool is_tray_apart) {
     BulletScene scene;
     const auto soil = SoilAction::create(*scene.world, air());
     ASSERT_TRUE(soil);
-    btMultiBody rail(1, 0, btVector3(0, 0, 0), true, false);
+    btMultiBody rail(is_tray_apart ? 2 : 1, 0, btVector3(0, 0, 0), true, false);
     rail.setBasePos(btVector3(-0.7f, btScalar(kTrayTopM - 0.05), 0));
     rail.setupPrismatic(0, btScalar(kTrayKg), btVector3(1, 1, 1), -1, btQuaternion::getIdentity(),
                         btVector3(1, 0, 0), btVector3(0, 0, 0), btVector3(0, 0, 0), true);
+    if (is_tray_apart) {
+        constexpr btScalar kKg = 0.001f;
+        rail.setupFixed(1, kKg, btVector3(kKg, kKg, kKg), 0, btQuaternion::getIdentity(),
+                        btVector3(0, 0, 0), btVector3(0, 0, 0));
+    }
     rail.finalizeMultiDof();
     rail.setLinearDamping(0);
     rail.setAngularDamping(0);
     rail.setCanSleep(false);
     rail.setJointVel(0, 1);
     scene.world->addMultiBody(&rail);
-    btMultiBodyLinkCollider tray(&rail, 0);
+    const int last = rail.getNumLinks() - 1;
+    btMultiBodyLinkCollider tray(&rail, last);
     tray.setCollisionShape(&tray_shape(scene));
     btTransform pose = btTransform::getIdentity();
     pose.setOrigin(rail.getBasePos());
     tray.setWorldTransform(pose);
-    rail.getLink(0).m_collider = &tray;
+    rail.getLink(last).m_collider = &tray;
     scene.world->addCollisionObject(&tray);
     ASSERT_TRUE((*soil)->fill(BoxFill{{{-0.4, 0.8, -0.2}, {0, 1.0, 0.2}}, {}}));
     scene.run(2);
@@ -102,6 +109,9 @@ TEST(LoadMomentum, of_a_link_that_sand_falls_on_is_kept) {
     scene.world->removeCollisionObject(&tray);
     scene.world->removeMultiBody(&rail);
 }
+
+TEST(LoadMomentum, of_a_link_that_sand_falls_on_is_kept) { expect_kept_by_link(false); }
+TEST(LoadMomentum, of_a_light_link_of_a_heavy_multibody_is_kept) { expect_kept_by_link(true); }
 
 /// A platform that pulls away from under its load feels friction with it, and no more.
 void expect_friction_alone(double heading_rad) {
