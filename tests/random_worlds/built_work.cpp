@@ -92,6 +92,10 @@ void BuiltWorld::add_joint_work(double substep_s) {
 /// solves in turn with it drags some on: in world 8000081 a cylinder that the soil does not see
 /// creeps up 35 deg of its surface, by 0.6 voxels a second. What contacts take out is theirs.
 void BuiltWorld::add_contact_work() {
+    const auto multibody_of = [](const btCollisionObject& object) {
+        const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
+        return link ? link->m_multiBody : nullptr;
+    };
     for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
         const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
         const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
@@ -106,8 +110,13 @@ void BuiltWorld::add_contact_work() {
                                            p.m_appliedImpulseLateral2 * p.m_lateralFrictionDir2;
             const btScalar pushed_j = p.m_appliedImpulse * apart_m_s.dot(p.m_normalWorldOnB);
             const btScalar dragged_j = friction_n_s.dot(apart_m_s);
-            contact_work_j_ += static_cast<double>(std::max(btScalar(0), pushed_j) +
-                                                   std::max(btScalar(0), dragged_j));
+            const double work_j = static_cast<double>(std::max(btScalar(0), pushed_j) +
+                                                      std::max(btScalar(0), dragged_j));
+            contact_work_j_ += work_j;
+            if (!multibody_of(a) || multibody_of(a) != multibody_of(b)) continue;
+            for (Chain& chain : chains_) {
+                if (chain.multibody.get() == multibody_of(a)) chain.own_contact_work_j += work_j;
+            }
         }
     }
 }

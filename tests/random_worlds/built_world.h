@@ -58,6 +58,7 @@ class BuiltWorld {
         std::unique_ptr<btMultiBody> multibody;
         std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders;
         std::unique_ptr<btMultiBodyConstraint> motor;
+        double own_contact_work_j = 0;  ///< of links with each other; in contact_work_j() too
     };
     const std::vector<Chain>& chains() const { return chains_; }
     struct Car {

@@ -13,12 +13,13 @@ TEST(SlowRandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
     expect_all_holds(971272, 971272, Run::watched, PlanKind::any, Sky::weather);
 }
 
-// A body throws soil faster than its own way in that step, one of 19 t shuts soil in, and one whose
-// ground its host takes away must not hang in the air.
+// A body throws soil faster than its own way in that step, one of 19 t shuts soil in, one presses
+// soil against the grid's top, and one whose ground its host takes away must not hang in the air.
 TEST(SlowRandomWorlds, set_no_status_and_bear_nothing_without_a_cause) {
     expect_all_holds(2070032, 2070032, Run::watched, PlanKind::any);
     expect_all_holds(3002017, 3002017, Run::watched, PlanKind::any);
     expect_all_holds(3006057, 3006057, Run::watched, PlanKind::any, Sky::weather);
+    expect_all_holds(10001147, 10001147, Run::watched, PlanKind::small);
 }
 
 // What fell through the floor, what rocks on a driven body, and what lies where 3.4 t went through.
@@ -32,6 +33,11 @@ TEST(SlowRandomWorlds, ask_nothing_of_what_others_hold_or_have_dug) {
 // A bank at an open side that stands by suction, until groundwater has filled its pores once more.
 TEST(SlowRandomWorlds, rest_once_groundwater_has_wetted_them) {
     expect_all_holds(8010103, 8010103, Run::watched, PlanKind::small, Sky::weather);
+}
+
+// A chain in the air that folds on its own base.
+TEST(RandomWorlds, gain_no_energy_of_a_chain_that_hits_itself) {
+    expect_all_holds(10000044, 10000044, Run::watched, PlanKind::any);
 }
 
 // Soil that was filled into the air falls along with a capsule, and a little faster: 22 J.
