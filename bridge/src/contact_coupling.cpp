@@ -85,7 +85,8 @@ void ContactCoupling::set_contacts(std::span<const BodyState> bodies,
 void ContactCoupling::prepare(BodyWork& work, const BodyState& body, double duration_s,
                               bool are_unchanged) {
     const std::span<const ContactVoxel> voxels = work.voxels;
-    CoupledBody& coupled = coupled_[body.id];
+    const auto [place, is_new] = coupled_.try_emplace(body.id);
+    CoupledBody& coupled = place->second;
     coupled.seen = true;
     if (coupled.body.role != body.role) {  // the host has turned it kinematic or back
         wake(coupled);
@@ -100,6 +101,8 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body, double dura
     coupled.met_motion = body.motion;
     coupled.body = body;
     work.coupled = &coupled;
+    // What bears a body that sleeps is what bore it when it fell asleep: here nothing of the soil.
+    if (is_new && body.is_asleep) wake(coupled);
     const bool is_sleeper =
         body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
     if (!is_sleeper) {

@@ -72,7 +72,7 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
                                                btMultiBodyJacobianData& data,
                                                const btContactSolverInfo& info) {
     if (m_numDofsFinalized != m_jacSizeBoth) finalizeMultiDof();
-    solved_ = true;
+    solved_ = body_.isActive();  // as of RigidPatchConstraint
     const btVector3 none(0, 0, 0);
     const btVector3 center = body_.getWorldTransform().getOrigin();
     const btRigidBody* rigid = second_ ? btRigidBody::upcast(second_) : nullptr;

@@ -24,7 +24,8 @@ class LinkPatchConstraint final : public btMultiBodyConstraint {
     /// For the next solve.
     void clear();
     void add(const PatchRow& row);  ///< at most kPatchCapacity
-    /// Whether the solver has asked for the rows since they were cleared.
+    /// Whether the solver has asked for the rows since they were cleared, of a body that does not
+    /// sleep.
     bool is_solved() const { return solved_; }
 
     void finalizeMultiDof() override;

@@ -48,7 +48,8 @@ void RigidPatchConstraint::getInfo1(btConstraintInfo1* info) {
 }
 
 void RigidPatchConstraint::getInfo2(btConstraintInfo2* info) {
-    solved_ = true;
+    // A world that does not split its islands solves for bodies that sleep, too: without gravity.
+    solved_ = m_rbA.isActive();
     const btScalar substep_s = 1 / info->fps;
     for (int i = 0; i < PatchRow::kCount; ++i) {
         const int at = i * info->rowskip;

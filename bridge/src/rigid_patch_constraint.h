@@ -28,7 +28,7 @@ class RigidPatchConstraint final : public btTypedConstraint {
     btVector3 applied_force_n() const;
     /// For the next solve.
     void set(const PatchRow& row);
-    /// Whether the solver has asked for the row since it was set.
+    /// Whether the solver has asked for the row since it was set, of a body that does not sleep.
     bool is_solved() const { return solved_; }
 
     void getInfo1(btConstraintInfo1* info) override;

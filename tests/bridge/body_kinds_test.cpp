@@ -329,6 +329,40 @@ TEST(BodyChanges, removed_while_asleep_frees_its_place) {
     EXPECT_EQ(scene.world->getNumConstraints(), 0);
 }
 
+// Nothing has borne it yet. Bullet itself lets what is put in asleep hang wherever it is.
+TEST(BodyChanges, put_back_asleep_is_woken_and_weighs_what_it_weighs) {
+    BulletScene scene;
+    const auto soil = sand_bed(*scene.world);
+    btRigidBody& box = scene.add_box(kMassKg, kHalfBox, kAbove);
+    scene.run(4);
+    ASSERT_FALSE(box.isActive());
+    scene.world->removeRigidBody(&box);
+    scene.world->addRigidBody(&box);
+    scene.run(0.1);
+    EXPECT_TRUE(box.isActive());
+    EXPECT_LT(top_speed_m_s(scene, box, 240), 0.01);
+    EXPECT_FALSE(box.isActive());
+    EXPECT_NEAR(soil->body_report(box).force_n.y, kWeightN, 0.02 * kWeightN);
+}
+
+// A box sleeps on a slab, and soil is filled in around it.
+TEST(BodyChanges, is_woken_by_soil_that_it_meets_asleep) {
+    BulletScene scene;
+    const auto soil = SoilAction::create(*scene.world, small_bed());
+    ASSERT_TRUE(soil);
+    scene.add_box(0, btVector3(1, 0.1f, 1), btVector3(0, 0, 0));
+    btRigidBody& box =
+        scene.add_box(kMassKg, kHalfBox, btVector3(0, 0.1f, 0) + btVector3(0, kHalfBox.y(), 0));
+    scene.run(4);
+    ASSERT_FALSE(box.isActive());
+    const double higher_m = height_of(box) + kHalfBox.y() + 0.1;
+    ASSERT_TRUE((*soil)->fill(BoxFill{{{-1, 0.1, -1}, {1, higher_m, 1}}, "dry_sand"}));
+    scene.run(0.1);
+    EXPECT_TRUE(box.isActive());
+    scene.run(4);
+    EXPECT_FALSE(box.isActive());
+}
+
 TEST(BodyChanges, new_object_of_another_kind_at_an_old_address_is_taken_for_what_it_is) {
     BulletScene scene;
     const auto soil = sand_bed(*scene.world);
