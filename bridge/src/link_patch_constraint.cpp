@@ -27,6 +27,16 @@ btScalar velocity_to_come(const btSolverBody& body, const btVector3& direction,
            body.m_externalTorqueImpulse.dot(arm_m.cross(direction));
 }
 
+/// A row along which nothing can move, as across the plane of an arm that is fixed to the ground.
+/// Bullet gives it no impulse, but divides by its mass of 0: one such row makes it take what all
+/// before it lack for nothing, and stop after its first iteration.
+void disable_if_stiff(btMultiBodySolverConstraint& row) {
+    if (row.m_jacDiagABInv > 0) return;
+    row.m_jacDiagABInv = 1;
+    row.m_rhs = row.m_rhsPenetration = 0;
+    row.m_lowerLimit = row.m_upperLimit = 0;
+}
+
 }  // namespace
 
 LinkPatchConstraint::LinkPatchConstraint(btCollisionObject& body, btCollisionObject* carrier)
@@ -105,6 +115,7 @@ void LinkPatchConstraint::createConstraintRows(btMultiBodyConstraintArray& const
             fillMultiBodyConstraint(out, data, nullptr, nullptr, none, direction, point, point, 0,
                                     info, row.lower_n[k] * substep_s, row.upper_n[k] * substep_s,
                                     false, 1, false, target);
+            disable_if_stiff(out);
         }
     }
 }
