@@ -68,6 +68,23 @@ GridBall ball_around(const Aabb& box, double voxel_m) {
     return {0.5 * (box.min + box.max), 0.5 * length(box.max - box.min), voxel_m};
 }
 
+/// Shapes larger than the grid are cut to a ball around it. Of a body that moves it is a larger
+/// one, whose centre in the body's frame goes in steps of this part of the grid's radius: to cut a
+/// shape takes a tenth of a second. Ours: half. Larger: more of a shape is kept than the grid can
+/// meet; smaller: it is cut anew more often.
+constexpr double kCutStep = 0.5;
+
+GridBall ball_for_motion(const GridBall& exact) {
+    const double step_m = kCutStep * exact.radius_m;
+    const auto stepped = [step_m](double x_m) {
+        return step_m * std::round(x_m / step_m) + 0.0;  // no negative zero
+    };
+    const Vec3& center = exact.center_m;
+    return {{stepped(center.x), stepped(center.y), stepped(center.z)},
+            exact.radius_m + 0.5 * std::sqrt(3.0) * step_m,
+            exact.voxel_m};
+}
+
 }  // namespace
 
 int proxy_id_of(const btCollisionObject& object) {
@@ -174,6 +191,7 @@ void BodyCollector::convert(const btCollisionObject& object, Tracked& tracked) {
     const Pose pose = from_bullet(object.getWorldTransform());
     GridBall grid = ball_around(grid_, voxel_m_);
     if (is_rigid(pose)) grid.center_m = transform(inverse(pose), grid.center_m);
+    if (!object.isStaticObject() || object.isKinematicObject()) grid = ball_for_motion(grid);
     const ShapeKey key{&shape, shape_fingerprint(shape, grid)};
     if (key == tracked.key && (tracked.shapes || !tracked.refusal.empty())) return;
     if (key != tracked.key) ++tracked.shape_revision;  // not where a snapshot has left it

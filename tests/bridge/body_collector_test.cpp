@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "bsoil/limits.h"
 #include "bullet_scene.h"
+#include "mesh_crossings.h"
 
 namespace bsoil::bullet::body_collector_test {
 namespace {
@@ -50,6 +53,48 @@ TEST(BodyCollector, that_meets_nothing_of_a_body_refuses_none) {
     EXPECT_EQ(put({2.5f, -2.5f, 0}), 0u);
     EXPECT_EQ(put({2, 2, 0}), 1u);
     EXPECT_EQ(put({0, 30, 0}), 0u) << "it has left at once";
+}
+
+// What is larger than the grid is cut to it. A world with a stone of that kind took a quarter of an
+// hour, since it was cut anew in each step.
+TEST(BodyCollector, cuts_a_large_body_that_moves_a_little_once) {
+    BulletScene scene;
+    btTriangleMesh mesh;  // a bottom of 8 m and a point 4 m above it
+    const btVector3 corners[] = {{-4, 0, -4}, {4, 0, -4}, {4, 0, 4}, {-4, 0, 4}, {0, 4, 0}};
+    const int faces[][3] = {{0, 1, 2}, {0, 2, 3}, {1, 0, 4}, {2, 1, 4}, {3, 2, 4}, {0, 3, 4}};
+    for (const auto& face : faces) {
+        mesh.addTriangle(corners[face[0]], corners[face[1]], corners[face[2]]);
+    }
+    btBvhTriangleMeshShape shape(&mesh, true);
+    btRigidBody roof(0, nullptr, &shape);
+    roof.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    scene.world->addRigidBody(&roof);
+    const Aabb grid{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
+    BodyCollector collector(grid, 0.1);
+    std::set<const ConvexShape*> cut;
+    for (int step = 0; step <= 100; ++step) {
+        btTransform pose(btQuaternion(btVector3(0, 1, 0), 0.002f * btScalar(step)));
+        pose.setOrigin(btVector3(0.01f * btScalar(step), -0.2f, 0));
+        roof.setWorldTransform(pose);
+        collector.collect(*scene.world, 0.01);
+        ASSERT_EQ(collector.bodies().size(), 1u) << step;
+        const std::span<const ConvexShape> shapes = collector.shapes_of(collector.bodies()[0]);
+        cut.insert(shapes.data());
+        // All of the grid above its bottom is within it, wherever it was cut.
+        ASSERT_EQ(shapes.size(), 1u) << step;
+        for (const double x : {grid.min.x, grid.max.x}) {
+            for (const double z : {grid.min.z, grid.max.z}) {
+                for (const double y : {-0.4, 0.0, 0.5}) {
+                    const Vec3 at =
+                        transform(inverse(collector.bodies()[0].motion.pose), {x, y, z});
+                    const double inside = y < -0.2 ? 1 : -1;
+                    EXPECT_GT(inside * distance_to({shapes[0]}, at), 0) << step << " " << y;
+                }
+            }
+        }
+    }
+    EXPECT_LE(cut.size(), 6u) << "a metre, in steps of half the grid's radius along two axes";
+    scene.world->removeRigidBody(&roof);
 }
 
 // Its velocity was that from where it had left the grid, in one step.

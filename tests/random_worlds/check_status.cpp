@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "bullet_types.h"
 #include "check.h"
@@ -152,9 +154,9 @@ class StatusCheck final : public Check {
             btVector3 middle;
             btScalar radius = 0;
             part.object->getCollisionShape()->getBoundingSphere(middle, radius);
-            look(part.pose.position,
-                 length(part.velocity_m_s) +
-                     length(part.spin_rad_s) * static_cast<double>(radius + middle.length()));
+            const auto reach_m = static_cast<double>(radius + middle.length());
+            look(part.pose.position, length(part.velocity_m_s) + length(part.spin_rad_s) * reach_m);
+            look_for_jolt(world, part, reach_m);
         }
         for (size_t i = 0; i < world.plan().bodies.size(); ++i) {
             const BodyPlan& plan = world.plan().bodies[i];
@@ -172,6 +174,23 @@ class StatusCheck final : public Check {
                 look(bullet::from_bullet(car.vehicle->getWheelInfo(i).m_worldTransform.getOrigin()),
                      static_cast<double>(car.chassis->getLinearVelocity().length()));
             }
+        }
+    }
+
+    /// The soil's steps within one of Bullet's go back from its end by the velocity there. What
+    /// Bullet gave in between is a jump in the first of them: in world 10009001 a chain of 2 cm
+    /// whips round in a step of 1/30 s, from 26 rad/s to 80, over eight steps of the soil.
+    void look_for_jolt(const BuiltWorld& world, const MovingPart& part, double reach_m) {
+        const auto [before, is_new] = velocities_.try_emplace(part.object);
+        auto& [velocity, spin] = before->second;
+        const double jump_m = world.frame_s() * (length(part.velocity_m_s - velocity) +
+                                                 length(part.spin_rad_s - spin) * reach_m);
+        velocity = part.velocity_m_s;
+        spin = part.spin_rad_s;
+        const std::vector<bullet::SoilAction*> soils = world.soils();
+        for (size_t i = 0; i < soils.size() && !is_new; ++i) {
+            const SoilDef& def = soils[i]->soil().def();
+            was_fast_[i] = was_fast_[i] || jump_m > kSpeedMargin * def.substeps_max * def.voxel_m;
         }
     }
 
@@ -196,6 +215,7 @@ class StatusCheck final : public Check {
         }
     }
 
+    std::map<const btCollisionObject*, std::pair<Vec3, Vec3>> velocities_;  ///< and spins
     std::vector<bool> has_left_, was_fast_;
     std::vector<bool> has_headroom_, shut_in_;  ///< amount_headroom, when it was first met
     bool has_teleport_ = false;

@@ -14,12 +14,14 @@ TEST(SlowRandomWorlds, gain_no_energy_but_by_joints_and_overlaps) {
 }
 
 // A body throws soil faster than its own way in that step, one of 19 t shuts soil in, one presses
-// soil against the grid's top, and one whose ground its host takes away must not hang in the air.
+// soil against the grid's top, one whips round between two steps, and one whose ground its host
+// takes away must not hang in the air.
 TEST(SlowRandomWorlds, set_no_status_and_bear_nothing_without_a_cause) {
     expect_all_holds(2070032, 2070032, Run::watched, PlanKind::any);
     expect_all_holds(3002017, 3002017, Run::watched, PlanKind::any);
     expect_all_holds(3006057, 3006057, Run::watched, PlanKind::any, Sky::weather);
     expect_all_holds(10001147, 10001147, Run::watched, PlanKind::small);
+    expect_all_holds(10009001, 10009001, Run::watched, PlanKind::any);
 }
 
 // What fell through the floor, what rocks on a driven body, and what lies where 3.4 t went through.
