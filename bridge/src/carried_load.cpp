@@ -145,6 +145,14 @@ btVector3 held_arm_kg_m(const BodyLoad& load, const btVector3& center_m) {
     return to_bullet(load.held_kg_m - load.held_kg * from_bullet(center_m));
 }
 
+bool is_jointed(const btDiscreteDynamicsWorld& world, const btRigidBody& body) {
+    for (int i = 0; i < world.getNumConstraints(); ++i) {
+        const btTypedConstraint& joint = *world.getConstraint(i);
+        if (&joint.getRigidBodyA() == &body || &joint.getRigidBodyB() == &body) return true;
+    }
+    return false;
+}
+
 struct Momentum {
     Vec3 linear_n_s, angular_n_m_s;
 };
@@ -222,8 +230,25 @@ CarriedLoads::Loaded* CarriedLoads::find_loaded(std::span<const BodyState> bodie
     return &loaded;
 }
 
+/// For the kernels a body has no end of mass. Theirs is a light one between soil above and below it
+/// that it takes along by turns, each time with more momentum: a push has to end where the body is
+/// as fast as the fastest soil. What is more is forgiven.
+void CarriedLoads::forgive_excess(Loaded& loaded, double fastest_m_s) const {
+    const double debt_n_s = length(loaded.debt_n_s);
+    const btRigidBody* rigid = LoadedBody(loaded.body).rigid();
+    if (!rigid || !(debt_n_s > 0)) return;
+    const Vec3 push = loaded.debt_n_s * (-1 / debt_n_s);
+    const double mass_kg = LoadedBody(loaded.body).moved_kg() + loaded.load.mass_kg;
+    const double short_m_s = fastest_m_s - dot(loaded.body.motion.linear_velocity_m_s, push);
+    const double most_n_s = mass_kg * std::max(0.0, short_m_s);
+    // Others may hold what is jointed to them: it bears all of a push, however light it is.
+    if (debt_n_s <= most_n_s || is_jointed(world_, *rigid)) return;
+    loaded.debt_n_s = (most_n_s / debt_n_s) * loaded.debt_n_s;
+    loaded.debt_n_m_s = (most_n_s / debt_n_s) * loaded.debt_n_m_s;
+}
+
 void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
-                             double interval_s) {
+                             double interval_s, double soil_speed_m_s) {
     std::map<int, Loaded> before;
     before.swap(loaded_);
     const auto share_before = [&before](int body) {
@@ -250,7 +275,13 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
         if (empty) share_debt(*empty, share_of(loaded));
     }
     given_.clear();
+    double fastest_m_s = 0;  // of bodies, which take soil along
+    for (const BodyState& body : bodies) {
+        fastest_m_s = std::max(fastest_m_s, length(body.motion.linear_velocity_m_s));
+    }
+    fastest_m_s = std::max(fastest_m_s, soil_speed_m_s);
     for (auto& [id, loaded] : loaded_) {
+        forgive_excess(loaded, fastest_m_s);
         const double most_kg = kCoupling.load_most * LoadedBody(loaded.body).moved_kg();
         const double share = std::min(1.0, most_kg / std::max(most_kg, loaded.load.mass_kg));
         loaded.push_n = loaded.debt_n_s * (-share / interval_s);

@@ -23,7 +23,8 @@ namespace bsoil::bullet {
 /// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
 /// its load slides. The difference is a debt of momentum, which the body pays over the time of a
 /// soil step, or of more where its load is much heavier than it is. Body and soil together keep
-/// their momentum, but for the share of a debt that soil takes along when it leaves.
+/// their momentum, but for the share of a debt that soil takes along when it leaves, and for what
+/// would make a body that no joint holds faster than any soil.
 ///
 /// Where walls hold up a part of a load (BodyLoad::held_kg), the weight of that part is taken off
 /// the body that carries it and given to the wall, at one point.
@@ -38,8 +39,9 @@ class CarriedLoads {
     /// A soil step is through: what bodies have given soil in it.
     void note_given(std::span<const BodyLoad> loads);
     /// Loads of the last soil step. interval_s: time of the soil's steps since the last call.
+    /// soil_speed_m_s: no soil is faster, but what bodies take along.
     void set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
-                   double interval_s);
+                   double interval_s, double soil_speed_m_s);
     /// swept_most_m: a body that its host has moved further the soil puts down anew.
     void open_substep(double swept_most_m);
     /// substep_s: how long Bullet has solved with the loads; 0 where it has not.
@@ -76,6 +78,7 @@ class CarriedLoads {
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
     static void share_debt(Loaded& loaded, const Share& before);
+    void forgive_excess(Loaded& loaded, double fastest_m_s) const;
     bool is_left_behind(const Loaded& loaded, double swept_most_m) const;
     bool is_put_elsewhere(const Loaded& loaded, double substep_s) const;
     void open(Loaded& loaded, bool is_only_soil);

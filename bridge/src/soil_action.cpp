@@ -346,10 +346,20 @@ void SoilAction::Impl::take_report(bool are_contacts_unchanged) {
                           are_contacts_unchanged);
     first_contacts.soil_has_stepped(report.call_count * step_s);
     vehicles->take_contacts(are_contacts_fresh);
-    carried.set_loads(*contact_bodies, moved_loads(), untaken_count * step_s);
+    carried.set_loads(*contact_bodies, moved_loads(), untaken_count * step_s, soil_speed_m_s());
     sleeping.set_loads(*contact_bodies, report.loads, gravity_of(soil->def()), step_s);
     untaken_count = 0;
     if (ground) ground->drop_stale_contacts();
+}
+
+/// Of what has fallen through all of the grid, or of the fastest soil in flight: faster is only
+/// what bodies take along.
+double SoilAction::Impl::soil_speed_m_s() const {
+    const GridFrame& frame = soil->frame();
+    const double height_m = frame.voxel_m * frame.size[2];
+    const double flight_m_s =  // told along its fastest axis
+        std::sqrt(3.0) * report.speed_max_voxels_per_step * frame.voxel_m / soil->def().step_s;
+    return std::max(std::sqrt(2 * soil->def().gravity_m_s2 * height_m), flight_m_s);
 }
 
 /// Where the bodies have taken them meanwhile.

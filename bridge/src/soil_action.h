@@ -63,6 +63,7 @@ struct SoilAction::Impl {
     void note_step(bool has_begun);
     void keep_stepped();
     void take_report(bool are_contacts_unchanged);
+    double soil_speed_m_s() const;
     std::span<const BodyLoad> moved_loads();
     /// Takes down whose the new conditions are.
     void name_conditions();
