@@ -11,6 +11,7 @@
 #include "coupling_def.h"
 #include "expose.h"
 #include "lent_force.h"
+#include "substep_rows.h"
 #include "world_anchor.h"
 
 namespace bsoil::bullet {
@@ -148,6 +149,7 @@ btVector3 held_arm_kg_m(const BodyLoad& load, const btVector3& center_m) {
 bool is_jointed(const btDiscreteDynamicsWorld& world, const btRigidBody& body) {
     for (int i = 0; i < world.getNumConstraints(); ++i) {
         const btTypedConstraint& joint = *world.getConstraint(i);
+        if (SubstepRows::is_row(joint)) continue;  // of another soil of this world
         if (&joint.getRigidBodyA() == &body || &joint.getRigidBodyB() == &body) return true;
     }
     return false;

@@ -102,7 +102,7 @@ void ContactCoupling::prepare(BodyWork& work, const BodyState& body, double dura
     coupled.body = body;
     work.coupled = &coupled;
     // What bears a body that sleeps is what bore it when it fell asleep: here nothing of the soil.
-    if (is_new && body.is_asleep) wake(coupled);
+    if (is_new && body.is_asleep && !is_given(body)) wake(coupled);
     const bool is_sleeper =
         body.is_asleep && coupled.asleep_step_count > 0 && !coupled.carriers.empty();
     if (!is_sleeper) {
