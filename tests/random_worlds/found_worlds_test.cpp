@@ -42,6 +42,11 @@ TEST(RandomWorlds, gain_no_energy_of_a_chain_that_hits_itself) {
     expect_all_holds(10000044, 10000044, Run::watched, PlanKind::any);
 }
 
+// A body that only covers throws soil, and what lies on it.
+TEST(SlowRandomWorlds, gain_what_a_body_gives_that_feels_no_soil) {
+    expect_all_holds(11003074, 11003074, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A box of 6 g in loam that falls was thrown at 1,446 m/s.
 TEST(SlowRandomWorlds, throw_no_light_body_by_soil_that_passes_it) {
     expect_all_holds(10010156, 10010156, Run::watched, PlanKind::calm, Sky::weather);
