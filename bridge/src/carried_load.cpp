@@ -234,19 +234,31 @@ CarriedLoads::Loaded* CarriedLoads::find_loaded(std::span<const BodyState> bodie
 
 /// For the kernels a body has no end of mass. Theirs is a light one between soil above and below it
 /// that it takes along by turns, each time with more momentum: a push has to end where the body is
-/// as fast as the fastest soil. What is more is forgiven.
-void CarriedLoads::forgive_excess(Loaded& loaded, double fastest_m_s) const {
+/// as fast as the fastest soil. What is more is forgiven. What carries soil that it can hold has
+/// that one's mass in the solver, and debts that it gets back.
+void CarriedLoads::forgive_excess(std::span<const BodyState> bodies, double soil_speed_m_s,
+                                  Loaded& loaded) const {
     const double debt_n_s = length(loaded.debt_n_s);
-    const btRigidBody* rigid = LoadedBody(loaded.body).rigid();
-    if (!rigid || !(debt_n_s > 0)) return;
+    const LoadedBody body(loaded.body);
+    if (!body.rigid() || !(debt_n_s > 0)) return;
+    const double own_kg = body.moved_kg(), load_kg = loaded.load.mass_kg;
+    if (load_kg > 0 && load_kg <= kCoupling.load_most * own_kg) return;
     const Vec3 push = loaded.debt_n_s * (-1 / debt_n_s);
-    const double mass_kg = LoadedBody(loaded.body).moved_kg() + loaded.load.mass_kg;
-    const double short_m_s = fastest_m_s - dot(loaded.body.motion.linear_velocity_m_s, push);
-    const double most_n_s = mass_kg * std::max(0.0, short_m_s);
+    const double speed_m_s = dot(loaded.body.motion.linear_velocity_m_s, push);
+    const auto most_n_s = [&](double fastest_m_s) {
+        return (own_kg + load_kg) * std::max(0.0, fastest_m_s - speed_m_s);
+    };
+    if (debt_n_s <= most_n_s(soil_speed_m_s)) return;
+    double fastest_m_s = soil_speed_m_s;  // and what other bodies take along
+    for (const BodyState& other : bodies) {
+        if (other.id == loaded.body.id) continue;
+        fastest_m_s = std::max(fastest_m_s, length(other.motion.linear_velocity_m_s));
+    }
+    const double kept = most_n_s(fastest_m_s) / debt_n_s;
     // Others may hold what is jointed to them: it bears all of a push, however light it is.
-    if (debt_n_s <= most_n_s || is_jointed(world_, *rigid)) return;
-    loaded.debt_n_s = (most_n_s / debt_n_s) * loaded.debt_n_s;
-    loaded.debt_n_m_s = (most_n_s / debt_n_s) * loaded.debt_n_m_s;
+    if (kept >= 1 || is_jointed(world_, *body.rigid())) return;
+    loaded.debt_n_s = kept * loaded.debt_n_s;
+    loaded.debt_n_m_s = kept * loaded.debt_n_m_s;
 }
 
 void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const BodyLoad> loads,
@@ -277,13 +289,8 @@ void CarriedLoads::set_loads(std::span<const BodyState> bodies, std::span<const 
         if (empty) share_debt(*empty, share_of(loaded));
     }
     given_.clear();
-    double fastest_m_s = 0;  // of bodies, which take soil along
-    for (const BodyState& body : bodies) {
-        fastest_m_s = std::max(fastest_m_s, length(body.motion.linear_velocity_m_s));
-    }
-    fastest_m_s = std::max(fastest_m_s, soil_speed_m_s);
     for (auto& [id, loaded] : loaded_) {
-        forgive_excess(loaded, fastest_m_s);
+        forgive_excess(bodies, soil_speed_m_s, loaded);
         const double most_kg = kCoupling.load_most * LoadedBody(loaded.body).moved_kg();
         const double share = std::min(1.0, most_kg / std::max(most_kg, loaded.load.mass_kg));
         loaded.push_n = loaded.debt_n_s * (-share / interval_s);

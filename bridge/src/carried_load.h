@@ -23,8 +23,9 @@ namespace bsoil::bullet {
 /// soil is BodyLoad::impulse_n_s: more where soil has fallen on it or was taken aboard, less where
 /// its load slides. The difference is a debt of momentum, which the body pays over the time of a
 /// soil step, or of more where its load is much heavier than it is. Body and soil together keep
-/// their momentum, but for the share of a debt that soil takes along when it leaves, and for what
-/// would make a body that no joint holds faster than any soil.
+/// their momentum, but for the share of a debt that soil takes along when it leaves. What carries
+/// nothing, or far more than its mass, and is held by no joint pays no more than makes it as fast
+/// as the fastest soil.
 ///
 /// Where walls hold up a part of a load (BodyLoad::held_kg), the weight of that part is taken off
 /// the body that carries it and given to the wall, at one point.
@@ -78,7 +79,8 @@ class CarriedLoads {
     Loaded* find_loaded(std::span<const BodyState> bodies, std::map<int, Loaded>& before,
                         const BodyLoad& load);
     static void share_debt(Loaded& loaded, const Share& before);
-    void forgive_excess(Loaded& loaded, double fastest_m_s) const;
+    void forgive_excess(std::span<const BodyState> bodies, double soil_speed_m_s,
+                        Loaded& loaded) const;
     bool is_left_behind(const Loaded& loaded, double swept_most_m) const;
     bool is_put_elsewhere(const Loaded& loaded, double substep_s) const;
     void open(Loaded& loaded, bool is_only_soil);
