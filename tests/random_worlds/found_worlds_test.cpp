@@ -47,6 +47,11 @@ TEST(SlowRandomWorlds, gain_what_a_body_gives_that_feels_no_soil) {
     expect_all_holds(11003074, 11003074, Run::watched, PlanKind::any, Sky::weather);
 }
 
+// A body meets soil of which more is undisturbed than there is, by a rounding: 1.00003 of it.
+TEST(RandomWorlds, are_saved_over_soil_that_is_whole_by_a_rounding) {
+    expect_all_holds(11005188, 11005188, Run::restored, PlanKind::any);
+}
+
 // A box of 6 g in loam that falls was thrown at 1,446 m/s.
 TEST(SlowRandomWorlds, throw_no_light_body_by_soil_that_passes_it) {
     expect_all_holds(10010156, 10010156, Run::watched, PlanKind::calm, Sky::weather);

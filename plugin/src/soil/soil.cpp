@@ -327,7 +327,9 @@ VoxelSample Soil::Impl::sample(int x, int y, int z, PlaneSet planes) const {
     };
     if (volume > 0) {
         if ((planes >> kKeptBond & 1) != 0) {
-            sample.undisturbed = voxels.at(kKeptBond, z, column) / static_cast<double>(volume);
+            // Where soil has left, roundings may leave more bonds than volume.
+            sample.undisturbed =
+                std::clamp(voxels.at(kKeptBond, z, column) / static_cast<double>(volume), 0.0, 1.0);
         }
         if ((planes & kForcePlanes) != 0) {
             sample.push =
