@@ -57,6 +57,11 @@ bool swings_coarsely(const WorldPlan& plan) {
     });
 }
 
+bool has_link(const BuiltWorld::Chain& chain, const btCollisionObject* object) {
+    return std::any_of(chain.colliders.begin(), chain.colliders.end(),
+                       [object](const auto& link) { return link.get() == object; });
+}
+
 /// Links that touch each other, or their base, do not count.
 bool meets_others(BuiltWorld& world, const BuiltWorld::Chain& chain) {
     for (const auto& link : chain.colliders) {
@@ -67,11 +72,9 @@ bool meets_others(BuiltWorld& world, const BuiltWorld::Chain& chain) {
         const btPersistentManifold& manifold =
             *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
         if (manifold.getNumContacts() == 0) continue;
-        const auto is_link = [&chain](const btCollisionObject* object) {
-            return std::any_of(chain.colliders.begin(), chain.colliders.end(),
-                               [object](const auto& link) { return link.get() == object; });
-        };
-        if (is_link(manifold.getBody0()) != is_link(manifold.getBody1())) return true;
+        if (has_link(chain, manifold.getBody0()) != has_link(chain, manifold.getBody1())) {
+            return true;
+        }
     }
     return false;
 }
@@ -89,10 +92,7 @@ class FreeSwings {
             const BuiltWorld::Chain& chain = world.chains()[i];
             std::vector<MovingPart> links;
             for (const MovingPart& part : parts) {
-                if (std::any_of(chain.colliders.begin(), chain.colliders.end(),
-                                [&](const auto& link) { return link.get() == part.object; })) {
-                    links.push_back(part);
-                }
+                if (has_link(chain, part.object)) links.push_back(part);
             }
             // What its own contacts did is counted with all contacts'.
             const Swing now{kept_j(world, links) - chain.own_contact_work_j,

@@ -37,6 +37,11 @@ TEST(SlowRandomWorlds, rest_once_groundwater_has_wetted_them) {
     expect_all_holds(8010103, 8010103, Run::watched, PlanKind::small, Sky::weather);
 }
 
+// Wind presses a heap into a corner below the grid's end.
+TEST(SlowRandomWorlds, rest_but_for_what_rising_wind_holds_up) {
+    expect_all_holds(9000054, 9000054, Run::watched, PlanKind::any, Sky::weather);
+}
+
 // A chain in the air that folds on its own base.
 TEST(RandomWorlds, gain_no_energy_of_a_chain_that_hits_itself) {
     expect_all_holds(10000044, 10000044, Run::watched, PlanKind::any);
